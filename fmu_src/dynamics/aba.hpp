@@ -5,13 +5,13 @@
 #include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_elimination.hpp"
 
-// Forward dynamics: the O(n) recursion that eliminates the joints one by one from the leaves to the root
-// (DeNOC: Saha 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1), with closed
-// loops eliminated on the way.
+// Forward dynamics: the O(n) recursion that eliminates the joints from the leaves to the root (DeNOC: Saha
+// 1997, reverse Gaussian elimination; the same as Featherstone 2008, Table 7.1). Closed loops are eliminated
+// in the same pass.
 
 namespace redysim {
 
-// Root to leaves: velocities, inertias and bias wrenches of the bodies, with the wrenches of springs and
+// Root to leaves: velocities, inertias and bias wrenches of the bodies, including the wrenches of springs and
 // ports, and the rows of loops. Uses positions.
 template <class Scalar>
 void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
@@ -25,11 +25,11 @@ void set_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q
   if (!plan.couplings.empty()) set_coupling_rows(plan, ws, inputs);
 }
 
-// Leaves to root: every joint, eliminated into the articulated inertia of its parent. Uses positions.
+// Leaves to root: eliminates every joint into the articulated inertia of its parent. Uses positions.
 template <class Scalar>
 void eliminate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                       const Scalar* inputs) {
-  // loops are eliminated by fronts first; with whole clusters if a row of a front may be dependent
+  // first with fronts; if a row of a front may be dependent, again with whole clusters
   bool by_fronts = plan.has_fronts(), done = false;
   while (!done) {
     set_bodies(plan, ws, q, qd, inputs);
@@ -53,8 +53,8 @@ void accelerate_joints(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
     if (plan.joints[i].prescribed) qdd[i] = inputs[i];
 }
 
-// qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs: tau and port_wrench of InputLayout. Gravity,
-// springs, dampers and closed loops included. Fills the whole workspace. The result is not finite if the mass
+// qdd (nv, rad/s^2 or m/s^2) from q, qd (nv) and the inputs (tau and port_wrench of InputLayout), with
+// gravity, springs, dampers and closed loops. Fills the whole workspace. The result is not finite if the mass
 // matrix is singular.
 template <class Scalar>
 void forward_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,

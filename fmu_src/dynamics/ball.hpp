@@ -39,7 +39,7 @@ inline BallAngles angles_in_chart(const Mat3<double>& rotation, bool turned) {
           std::atan2(-R(2, 0), R(2, 2))};
 }
 
-// The angles in the better chart.
+// The angles in the chart with the larger cos(theta).
 inline BallAngles ball_angles(const Mat3<double>& rotation) {
   // sin(theta) is R(2,1) in one chart and -R(1,1) in the other
   return angles_in_chart(rotation, std::abs(rotation(2, 1)) > std::abs(rotation(1, 1)));
@@ -57,7 +57,7 @@ inline Mat3<double> rotation_of(const BallAngles& angles) {
   return turned;
 }
 
-// E: angular velocity in link axes = E (phi', theta', psi').
+// E, where E (phi', theta', psi') is the angular velocity in link axes, rad/s.
 template <class Scalar>
 Mat3<Scalar> rate_matrix(const BallAnglesOf<Scalar>& a) {
   using std::cos;
@@ -78,7 +78,7 @@ Vec3<Scalar> angle_rates(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& omeg
   return {phi_rate, cp * omega.x() + sp * omega.z(), omega.y() - st * phi_rate};
 }
 
-// E' (phi', theta', psi'): the part of the angular acceleration besides E (phi'', theta'', psi'').
+// E' (phi', theta', psi'): the angular acceleration is E (phi'', theta'', psi'') plus this term.
 template <class Scalar>
 Vec3<Scalar> rate_bias(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& rates) {
   using std::cos;

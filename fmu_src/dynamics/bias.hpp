@@ -6,7 +6,7 @@
 #include "math/sin_cos.hpp"
 
 // Root-to-leaves passes at the start of every recursion: joint positions, velocities and velocity products,
-// inertia and bias wrench of the single bodies. Linear accelerations are classical accelerations of the
+// inertias and bias wrenches of the single bodies. Linear accelerations are classical accelerations of the
 // body's origin (not spatial), so linear velocities are not needed.
 
 namespace redysim {
@@ -33,7 +33,8 @@ void set_positions(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar
   }
 }
 
-// omega of the body, and c: acceleration of its frame at qdd = 0 and zero acceleration of the parent.
+// Sets omega of the body, and c: acceleration of its frame at qdd = 0 and zero acceleration of the parent.
+// `w`: angular velocity of the parent, in its axes.
 template <class Scalar>
 void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, Vec3<Scalar> w,
                         const Scalar& qd) {
@@ -68,7 +69,7 @@ void set_joint_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, V
   s.omega = w;
 }
 
-// The same where the parent is the ground.
+// The same for a joint on the ground.
 template <class Scalar>
 void set_root_velocity(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qd) {
   s.c = Motion<Scalar>::zero();
@@ -86,7 +87,7 @@ void set_velocities(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scala
   }
 }
 
-// Positions, and velocities (twists) of the bodies without velocity products: for energy and momentum.
+// Sets positions and twists of the bodies, without velocity products, for energy and momentum.
 template <class Scalar>
 void set_twists(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_positions(plan, ws, q);

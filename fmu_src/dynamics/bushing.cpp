@@ -6,11 +6,11 @@
 namespace redysim {
 namespace {
 
-// Motion of frame b relative to frame a, in axes of a; arms in ground axes.
+// Motion of frame b relative to frame a, in axes of a; the arms are in ground axes.
 template <class Scalar>
 struct BushingMotion {
   Mat3<Scalar> axes;
-  Vec3<Scalar> arm_a, arm_b;  // of the origin of frame b, from the origins of both bodies
+  Vec3<Scalar> arm_a, arm_b;  // from the origins of both bodies to the origin of frame b
   Vec3<Scalar> d, rate, omega;
   Mat3<Scalar> rotation;
 };

@@ -12,7 +12,8 @@
 
 namespace redysim {
 
-// Subtracts the wrenches of the bushings from the bias wrenches. Uses ws.ground.
+// Adds the wrenches of the bushings to the bodies, that is, subtracts them from the bias wrenches. Uses
+// ws.ground.
 template <class Scalar>
 [[gnu::noinline]] void add_bushing_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 

@@ -3,7 +3,7 @@
 #include "math/dual.hpp"
 #include "math/spatial.hpp"
 
-// Between vectors of dual numbers, and values and derivatives.
+// Conversion between vectors of dual numbers and their values and derivatives.
 
 namespace redysim {
 

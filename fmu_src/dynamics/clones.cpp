@@ -8,8 +8,8 @@ namespace redysim {
 
 namespace {
 
-// Whether the processor has all instructions of x86-64-v3, and the system saves their registers. libgcc's own
-// test knows all processors and is 5 kB larger.
+// Whether the processor has all instructions of x86-64-v3 and the operating system saves their registers.
+// libgcc's own test covers all processors and is 5 kB larger.
 bool has_x86_64_v3() {
   constexpr unsigned first = bit_SSE3 | bit_SSSE3 | bit_FMA | bit_CMPXCHG16B | bit_SSE4_1 | bit_SSE4_2 |
                              bit_MOVBE | bit_POPCNT | bit_OSXSAVE | bit_AVX | bit_F16C;

@@ -38,7 +38,7 @@ void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
                   : plain_inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 
-// Without calls, which are copies optimised for size.
+// Inlines all calls; the functions themselves are optimised for size.
 [[gnu::flatten]] void compiled_ground_motion(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                              const double* qd) {
   set_positions(plan, ws, q);

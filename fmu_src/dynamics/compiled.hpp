@@ -3,8 +3,8 @@
 #include "dynamics/plan.hpp"
 #include "dynamics/workspace.hpp"
 
-// The hot recursions for double, compiled once for any x86-64 and once for processors with AVX2 and FMA
-// (about twice as fast). On other platforms there is one version.
+// The time-critical recursions for double, compiled once for any x86-64 processor and once for processors
+// with AVX2 and FMA (about twice as fast). Other platforms have one version.
 
 namespace redysim {
 
@@ -16,7 +16,7 @@ void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau);
 
-// The former for any processor.
+// compiled_forward_dynamics without AVX2, for any processor.
 void plain_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                             const double* qd, const double* inputs, double* qdd);
 

@@ -1,7 +1,7 @@
 #include "dynamics/aba.hpp"
 #include "dynamics/compiled.hpp"
 
-// Apart from the version for AVX2, beside which it is compiled for less size.
+// In a separate file, since the plain version is optimised for size where an AVX2 version exists.
 
 namespace redysim {
 

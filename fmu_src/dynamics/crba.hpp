@@ -6,7 +6,7 @@
 
 namespace redysim {
 
-// Inertia of a body when its frame moves back: a rotation about the axis, or a shift along it.
+// Inertia of a body after a transformation of its frame: a rotation about an axis, or a shift along it.
 template <class Scalar>
 class MovedInertia {
  public:
@@ -48,7 +48,7 @@ class MovedInertia {
   int axis_, next_, last_;
 };
 
-// Inertia of a rigid body at the body's frame -> at the parent's.
+// Transforms the inertia of a rigid body from the body's frame to the parent's.
 template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, RigidInertia<Scalar>& body) {
   MovedInertia<Scalar> x(body, 0), y(body, 1), z(body, 2);
@@ -64,13 +64,13 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   z.shift_back_by(joint.b);
 }
 
-// Of the open tree, nv x nv, armature on the diagonal, both triangles. Uses q; overwrites positions.
-// Allocates: no step calls it.
+// Joint-space inertia of the open tree, nv x nv (kg m^2, kg m or kg), with armature on the diagonal, both
+// triangles. Uses q; overwrites positions. Allocates, so it is not called in steps.
 template <class Scalar>
 void joint_space_inertia(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                          Eigen::Ref<Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>> M) {
   set_positions(plan, ws, q);
-  std::vector<RigidInertia<Scalar>> bodies;  // each with all outboard ones
+  std::vector<RigidInertia<Scalar>> bodies;  // each body with all outboard ones
   for (const JointPlan<Scalar>& joint : plan.joints) bodies.push_back(joint.inertia);
   M.setZero();
   for (int i = static_cast<int>(plan.joints.size()) - 1; i >= 0; --i) {

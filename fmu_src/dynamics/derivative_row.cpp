@@ -8,8 +8,9 @@
 
 namespace redysim {
 
-// (10)-(11), root to leaves: `row.tau` holds lambda; motion of each body along lambda, weights of the changes
-// of its omega and acceleration. `row.q` and `row.qd` lose the derivatives of the inverse dynamics.
+// (10)-(11), root to leaves. `row.tau` holds lambda. Sets the motion of each body along lambda and the
+// weights of changes of its omega and acceleration; subtracts derivatives of the inverse dynamics from
+// `row.q`, `row.qd`.
 [[gnu::flatten]] void Derivatives::move_along(const Plan<double>& plan, const Workspace<double>& ws,
                                               Gradient& row) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -33,7 +34,7 @@ namespace redysim {
   }
 }
 
-// (12), leaves to root: each body adds the weights of its motion to those of its parent.
+// (12), leaves to root: adds the weights of each body's motion to those of its parent.
 [[gnu::flatten]] void Derivatives::sweep_back(const Plan<double>& plan, const Workspace<double>& ws,
                                               const double* qd, Gradient& row) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -63,7 +64,8 @@ namespace redysim {
   }
 }
 
-// The product of the motions along lambda with the change of one element's wrenches, power included.
+// Change of one element's wrenches times the motions along lambda, plus the change of its power times
+// `weight`.
 [[gnu::cold]] double Derivatives::change_of_element(const Element& element, const Workspace<double>& ws,
                                                     double weight) {
   auto& [elements, dual] = *elements_;
@@ -103,7 +105,8 @@ namespace redysim {
   return sum;
 }
 
-// The same for a loop: wrenches at constant multipliers, and its rows times the multipliers of lambda.
+// The same for a loop: its wrenches change at constant multipliers, its rows are multiplied by the
+// multipliers of lambda.
 [[gnu::cold]] double Derivatives::change_of_loop(const Element& element, const Workspace<double>& ws) {
   auto& [elements, dual] = *elements_;
   const LoopPlan<Dual>& loop = elements.loops[element.index];
@@ -127,7 +130,7 @@ namespace redysim {
   return sum;
 }
 
-// Weights of the twelve changes of the motion of each of its entries, in ground axes.
+// Weights of the twelve changes of motion (ground axes) of each entry of an element.
 [[gnu::cold]] void Derivatives::pull_element(const Element& element, const Workspace<double>& ws,
                                              double weight) {
   Workspace<Dual>& dual = elements_->workspace;
@@ -157,7 +160,8 @@ namespace redysim {
   }
 }
 
-// The accelerations of the bodies change the rows of a loop, which are in the elements' workspace.
+// Weights of the bodies' accelerations, which change the rows of a loop. Uses the rows in the elements'
+// workspace.
 [[gnu::cold]] void Derivatives::weigh_loop(const Element& element, const Workspace<double>& ws) {
   const LoopPlan<Dual>& loop = elements_->plan.loops[element.index];
   const LoopState<Dual>& state = elements_->workspace.loop;
@@ -174,7 +178,7 @@ namespace redysim {
   }
 }
 
-// All elements, then the transpose of set_ground_motion.
+// Weights of all elements, then the transpose of set_ground_motion.
 [[gnu::cold]] void Derivatives::pull_elements(const Plan<double>& plan, const Workspace<double>& ws,
                                               const double* qd, double weight, Gradient& row) {
   using Kind = Element::Kind;
@@ -255,7 +259,7 @@ namespace redysim {
   }
 }
 
-// Elastic couplings: forces on their joints, and their dissipation.
+// Elastic couplings: their forces on the joints, and their dissipation.
 [[gnu::cold]] void Derivatives::pull_couplings(const Plan<double>& plan, const double* q, const double* qd,
                                                double weight, Gradient& row) {
   for (const ElasticCouplingPlan& coupling : plan.elastic_couplings) {

@@ -15,14 +15,14 @@ namespace redysim {
 
 namespace {
 
-// Of elements, the only parameters that may change.
+// Updates the only parameters of elements that may change.
 void update_contact_laws(const Plan<double>& from, Plan<Dual>& to) {
   if constexpr (Plan<Dual>::may_have_contacts)
     for (std::size_t i = 0; i < from.contact_laws.size(); ++i)
       to.contact_laws[i] = with_constants_of<Dual>(from.contact_laws[i]);
 }
 
-// Derivative of the bias wrench along a change of the angular velocity.
+// Derivative of the bias wrench of a body along a change of its angular velocity.
 Force<double> bias_change(const RigidInertia<double>& body, const Vec3<double>& omega,
                           const Vec3<double>& change) {
   return {change.cross(body.inertia * omega) + omega.cross(body.inertia * change),
@@ -40,7 +40,8 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
   return {force.stored.derivative + force.lost.derivative, (force.lost * rate).derivative};
 }
 
-// Derivatives of the forces of elastic couplings on all joints, added to `forces`, and of their dissipation.
+// Adds the derivatives of the forces of elastic couplings to `forces` (all joints); returns that of their
+// dissipation.
 [[gnu::cold]] double change_coupling_forces(const Plan<double>& plan, int joint, const double* q,
                                             const double* qd, bool velocity, std::vector<double>& forces) {
   double loss = 0;
@@ -72,11 +73,11 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
   K_.resize(lambda_.size());
 }
 
-// Inverse dynamics at the point of evaluation: accelerations of the bodies and wrenches through the joints.
+// Inverse dynamics at the evaluation point: accelerations of the bodies and wrenches through the joints.
 void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                             const double* qd, const double* qdd, const double* ports) {
   std::copy(ws.loop.lambda.begin(), ws.loop.lambda.end(), lambda_.begin());
-  // part of the elimination, overwritten by set_loop_rows
+  // K is part of the elimination, but set_joint_wrenches overwrites it
   std::copy(ws.loop.K.begin(), ws.loop.K.end(), K_.begin());
   set_joint_wrenches(plan, ws, q, qd, qdd, ports, lambda_, forces_.data());
   std::copy(K_.begin(), K_.end(), ws.loop.K.begin());
@@ -92,8 +93,8 @@ void Derivatives::set_point(const Plan<double>& plan, Workspace<double>& ws, con
   }
 }
 
-// Derivatives of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint, (5)
-// beyond.
+// Derivatives of accelerations and wrenches of the bodies outboard of `joint`: (1)-(4) at the joint itself,
+// (5) for the others.
 inline void Derivatives::set_subtree(const Plan<double>& plan, const Workspace<double>& ws, const double* qd,
                                      int joint, bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -145,7 +146,7 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
   const GroundState<double>&carrier = ground_state(ws, parent), &own = ws.ground[joint],
         &g = ws.ground[step.entry];
   const Vec3<double> e = own.rotation.col(2);
-  // a point of reference that the joint moves is the origin of the other positions and velocities
+  // if the joint moves the body of reference, positions and velocities are relative to that body's origin
   const bool moves_reference = step.reference != ground && changes_[step.reference].moved;
   // displacement of the body per unit of q
   Vec3<double> angular = Vec3<double>::Zero(), shift = angular;
@@ -172,7 +173,7 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
   return change;
 }
 
-// Derivatives of the ground-frame motions of bodies with springs, ports and loops.
+// Derivatives of the ground-frame motions of bodies with force elements and loops.
 [[gnu::flatten]] void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
                                                       int joint, bool velocity) {
   Workspace<Dual>& dual = elements_->workspace;
@@ -197,8 +198,8 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
   }
 }
 
-// Contacts are evaluated outside the clones, whose size they would double. The joint changes the force of a
-// pair, in link axes, only if it moves one of the two bodies.
+// Not inlined into the clones, whose size contacts would double. The joint changes the force of a pair, in
+// link axes, only if it moves exactly one of the two bodies.
 [[gnu::noinline]] void Derivatives::change_contacts() {
   const auto moved = [this](int body) { return body != ground && changes_[body].moved; };
   if constexpr (Plan<Dual>::may_have_contacts) {
@@ -209,8 +210,8 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
   }
 }
 
-// Derivatives of the wrenches of springs, contacts and ports; returns that of the power of springs and
-// contacts.
+// Adds the derivatives of the wrenches of springs, bushings, contacts and ports to those of the bodies;
+// returns the derivative of the power of springs, bushings and contacts.
 inline double Derivatives::set_elements(const Plan<double>& plan) {
   auto& [elements, dual] = *elements_;
   for (auto& s : dual.joints) s.p = Force<Dual>::zero();
@@ -230,8 +231,8 @@ inline double Derivatives::set_elements(const Plan<double>& plan) {
 }
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
-// sign, into ws.loop.b, and of the wrenches at constant lambda. By a velocity the wrenches are constant: they
-// keep their values from the positions, which come first among the variables.
+// sign, into ws.loop.b, and of the wrenches at constant lambda. For a velocity the wrenches are constant:
+// they keep their values from the positions, which must precede the velocities among the variables.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity) {
   auto& [elements, dual] = *elements_;
   if (velocity)
@@ -249,7 +250,7 @@ void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, 
   }
 }
 
-// What the wrench of a row on one body adds.
+// Contribution of the wrench of a row on one body.
 void Derivatives::change_row(const Plan<double>& plan, Workspace<double>& ws, std::size_t row, int of,
                              const Force<Dual>& wrench, bool velocity) {
   const Force<double> change = velocity ? Force<double>::zero() : change_of(wrench);
@@ -266,7 +267,7 @@ void Derivatives::change_row(const Plan<double>& plan, Workspace<double>& ws, st
   body.wrench.force -= lambda_[row] * change.force;
 }
 
-// Leaves to root: derivatives of the joint forces, with opposite sign: (9).
+// Leaves to root: (9), derivatives of the joint forces with opposite sign.
 inline void Derivatives::collect_forces(const Plan<double>& plan, const Workspace<double>& ws, int joint,
                                         bool velocity) {
   const Vec3<double> axis = Vec3<double>::UnitZ();
@@ -294,7 +295,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
-    // no structured binding: a lambda of C++17 cannot capture one
+    // no structured binding: lambdas cannot capture one in C++17
     const JointVariable::Kind kind = variables[k].kind;
     const int joint = variables[k].joint;
     double* column = columns + k * length;
@@ -313,7 +314,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
         move_ground_states(plan, ws, joint, velocity);
         fastest([&] { power += set_elements(plan); });
       }
-      std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // that of couplings
+      std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);  // rows of couplings do not change
       if (elements_ && plan.has_constraints()) change_loops(plan, ws, velocity);
       fastest([&] { collect_forces(plan, ws, joint, velocity); });
       forces_[joint] += passive.force;

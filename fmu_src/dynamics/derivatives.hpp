@@ -13,65 +13,66 @@ namespace redysim {
 struct JointVariable {
   enum class Kind { position, velocity, force };
   Kind kind;
-  int joint;  // of the plan
+  int joint;  // index into the plan
 };
 
-// Exact derivatives of forward_dynamics by positions and velocities. The accelerations solve the equations
-// of motion F(q, qd, qdd, lambda) = 0: inverse dynamics and loop rows. The derivative of F at constant qdd
-// and lambda consists of closed forms for the bodies outboard of the joint, and of dual numbers for springs,
-// ports and loops. The elimination of the last forward_dynamics solves for the derivative of qdd (implicit
-// function theorem, docs/derivations/derivatives.md). A column costs less than a right-hand side, and the
-// rank of the loops is that of forward_dynamics. Sized once for a plan; used by implicit methods only.
+// Exact derivatives of forward_dynamics by positions and velocities. The accelerations solve the equations of
+// motion F(q, qd, qdd, lambda) = 0: inverse dynamics and loop rows. The derivative of F at constant qdd and
+// lambda uses closed forms for the bodies outboard of the joint, and dual numbers for springs, ports and
+// loops. The elimination of the last forward_dynamics then solves for the derivative of qdd (implicit
+// function theorem, docs/derivations/derivatives.md). A column costs less than a right-hand side; the rank of
+// the loops is that of forward_dynamics. Sized once for a plan.
 class Derivatives {
  public:
   explicit Derivatives(const Plan<double>& plan);
 
-  // Requires `ws` of the last forward_dynamics(plan, ws, q, qd, inputs, qdd) and overwrites all but its
-  // elimination. `tau`: forces of all drives, prescribed joints included; `ports`: 6 numbers each. Fills one
-  // column per variable, `length` apart in `columns`: nv accelerations, then the external power (W) at
-  // constant drive forces, without ports. `plan` may have other parameters than in the constructor, but the
-  // same structure.
+  // Requires `ws` of the last forward_dynamics(plan, ws, q, qd, inputs, qdd) and overwrites it except for the
+  // elimination. `tau`: drive forces of all joints, prescribed ones included; `ports`: 6 numbers each. Fills
+  // one column per variable, `length` apart in `columns`: nv accelerations, then the external power (W) at
+  // constant drive forces, without ports. `plan` may have other parameters than in the constructor, but must
+  // have the same structure.
   void evaluate(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                 const double* qdd, const double* tau, const double* ports,
                 const std::vector<JointVariable>& variables, double* columns, std::size_t length);
 
-  // Row instead of columns: sums of the derivatives of accelerations and power.
+  // A row instead of columns: derivatives of a weighted sum of accelerations and power.
   struct Gradient {
     std::vector<double> q, qd, tau;  // nv each
-    std::vector<double> ports;       // 6 numbers each, without their power
+    std::vector<double> ports;       // 6 numbers each, without the power of ports
   };
-  // One sweep, whatever the number of variables. `weights`: of the accelerations. Requirements as above.
+  // Needs one sweep, independent of the number of variables. `weights`: of the accelerations (nv).
+  // Requirements as for `evaluate`.
   void evaluate_row(const Plan<double>& plan, Workspace<double>& ws, const double* q, const double* qd,
                     const double* qdd, const double* tau, const double* ports, const double* weights,
                     double weight_of_power, Gradient& row);
 
  private:
-  // One body at the point of evaluation, in its own axes.
+  // One body at the evaluation point, in its own axes.
   struct Body {
-    Vec3<double> omega, omega_carried;  // rad/s; carried: without its own joint's part
+    Vec3<double> omega, omega_carried;  // rad/s; omega_carried: without its own joint's rate
     Vec3<double> arm;                   // from its parent's origin
     Motion<double> acceleration;        // minus gravity
-    Force<double> wrench;               // through its joint
+    Force<double> wrench;               // transmitted through its joint
   };
-  // Its derivative with respect to the variable.
+  // Derivative of a Body by the variable.
   struct Change {
     bool moved = false;  // in the subtree of the variable's joint
     Vec3<double> omega;
     Motion<double> acceleration;
     Force<double> wrench;
   };
-  // What acts between up to three bodies: one entry of the plan.
+  // A force element between up to three bodies: one entry of the plan.
   struct Element {
     enum class Kind { spring, bushing, contact, port, loop } kind;
     std::size_t index;
-    int bodies[3], entries[3];  // entries: of Workspace::ground
+    int bodies[3], entries[3];  // entries: indices into Workspace::ground
   };
   // Derivative of an entry of Workspace::ground by a position or velocity; turn: a rotation vector.
   struct GroundChange {
     Vec3<double> turn = Vec3<double>::Zero(), position = turn, omega = turn, velocity = turn;
   };
   // Weights of changes of an entry of Workspace::ground: rotation vector, position, omega, velocity.
-  struct Pulled {  // NOLINT(bugprone-reserved-identifier): of an index that clang makes
+  struct Pulled {  // NOLINT(bugprone-reserved-identifier): an index generated by clang
     Vec3<double> of[4] = {Vec3<double>::Zero(), Vec3<double>::Zero(), Vec3<double>::Zero(),
                           Vec3<double>::Zero()};
   };
@@ -106,15 +107,16 @@ class Derivatives {
   std::vector<Change> changes_;
   std::vector<double> lambda_, forces_;
   std::vector<Force<double>> K_;
-  // springs, contacts, ports and loops, with the constants of the plan and the motion of their bodies
+  // springs, bushings, contacts, ports and loops, with the constants of the plan and the motion of their
+  // bodies
   struct Elements {
     explicit Elements(const Plan<double>& of);
     Plan<Dual> plan;
     Workspace<Dual> workspace;
   };
-  std::unique_ptr<Elements> elements_;  // null: there are none
+  std::unique_ptr<Elements> elements_;  // null: no elements
   std::vector<Dual> port_wrenches_;
-  // of a row
+  // for evaluate_row
   std::vector<Pulled> pulled_;
   Vec3<double> gravity_;
 };

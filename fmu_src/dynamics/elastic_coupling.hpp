@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-// y at q, or its rate at qd (then without the offset).
+// y at q, or its rate at qd (with offset 0).
 template <class Scalar>
 Scalar coupling_sum(const CoupledJoints& coupling, const Scalar* q, double offset) {
   Scalar sum(-offset);
@@ -20,7 +20,7 @@ ElasticForce<Scalar> coupling_force(const ElasticCouplingPlan& coupling, const S
   return {coupling, coupling_sum(coupling, q, coupling.offset), coupling_sum(coupling, qd, 0.0)};
 }
 
-// A generalized force f on joint i as a pair of wrenches on its body and on the parent.
+// Applies a generalized force f on joint i as a pair of wrenches on its body and the parent.
 template <class Scalar>
 void add_generalized_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar& f) {
   const JointPlan<Scalar>& joint = plan.joints[i];
@@ -33,7 +33,7 @@ void add_generalized_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int 
   add(ws.joints[joint.parent].p, pair);
 }
 
-// Uses the joint positions in the workspace.
+// Adds the forces of all elastic couplings. Uses the joint positions in the workspace.
 template <class Scalar>
 [[gnu::noinline]] void add_coupling_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                                            const Scalar* qd) {

@@ -4,8 +4,8 @@
 
 #include "dynamics/smooth_onset.hpp"
 
-// Spring and damper in parallel, of a coupling or a gear: F(y, y') against the stretch y. Without backlash F
-// = k y + c y'. With backlash, at depth x = |y| - backlash / 2:
+// Spring and damper in parallel, of a coupling or a gear: force F(y, y') for the stretch y. Without backlash
+// F = k y + c y'. With backlash, at depth x = |y| - backlash / 2:
 //   F = sign(y) k h(x) + c h'(x) y'        h: dynamics/smooth_onset.hpp; 0 within the backlash
 
 namespace redysim {
@@ -13,9 +13,9 @@ namespace redysim {
 template <class Number>
 struct ElasticLawOf {
   Number stiffness = 0, damping = 0;
-  Number half_play = 0, width = 0;  // backlash / 2, 0: none; depth at which it reaches full stiffness
+  Number half_play = 0, width = 0;  // backlash / 2 (0: none), depth at which it reaches full stiffness
 
-  // Of the corners of backlash: whether the stretch lies in it, in the onset or beyond.
+  // Index of the region between the corners of backlash: within it, in the onset or beyond.
   unsigned region(double stretch) const { return onset_region(std::fabs(stretch) - half_play, width); }
 };
 using ElasticLaw = ElasticLawOf<double>;

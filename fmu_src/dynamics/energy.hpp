@@ -64,7 +64,7 @@ template <class Scalar>
 }
 
 // Power of drives, dampers, bushings, friction and contacts, W: the rate of kinetic plus potential energy.
-// Uses the ground motion and the power of contacts in the workspace of the last forward_dynamics.
+// Uses the ground motion and the contact power in the workspace of the last forward_dynamics.
 template <class Scalar>
 Scalar external_power(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Scalar* q,
                       const Scalar* qd, const Scalar* tau) {

@@ -26,7 +26,7 @@ bool needs_bodies(const Model& model) {
   return std::any_of(model.frames.begin(), model.frames.end(), has_jacobian);
 }
 
-// Link axes x, y, z of a spherical joint are y, z, x of its last joint's body.
+// The link axes x, y, z of a spherical joint are the axes y, z, x of its last joint's body.
 template <class Scalar>
 Vec3<Scalar> in_link_axes(const Vec3<Scalar>& of_body) {
   return {of_body.y(), of_body.z(), of_body.x()};
@@ -85,7 +85,7 @@ const Scalar& EquationTerms<Scalar>::entry(Term term, int element) {
   return terms_[term][element];
 }
 
-// Whether this is to be computed.
+// Marks an item as up to date; returns whether it must be computed.
 template <class Scalar>
 bool EquationTerms<Scalar>::renew(unsigned what) {
   const bool is_current = (current_ & what) != 0;
@@ -100,7 +100,7 @@ void EquationTerms<Scalar>::compute(Term term) {
   if (term == mass) return set_mass(to);
   if (term == passive) return set_passive(to);
   std::fill_n(qdd_, plan_.nv, Scalar(0));
-  // v' = 0
+  // bias terms refer to v' = 0, not to qdd = 0
   for (std::size_t k = 0; term != gravity && k < plan_.balls.size(); ++k) {
     const int chart = plan_.balls[k];
     accelerate_ball(chart, -rate_bias(angles_at(q_ + chart), Vec3<Scalar>(qd_ + chart + 1)));
@@ -109,7 +109,7 @@ void EquationTerms<Scalar>::compute(Term term) {
                term == gravity ? rest_ : qd_, to);
 }
 
-// By columns: forces of a unit acceleration.
+// Column by column (M is symmetric): the forces for a unit acceleration.
 template <class Scalar>
 void EquationTerms<Scalar>::set_mass(Scalar* M) {
   for (int k = 0; k < velocities(); ++k, M += velocities()) {
@@ -143,14 +143,15 @@ void EquationTerms<Scalar>::set_inertial(const Vec3<Scalar>& weight, const Scala
   collect(forces);
 }
 
-// Accelerations of the joints z, x, y for the part of alpha (link axes) besides velocity products.
+// Sets the accelerations of the joints z, x, y for `alpha` (link axes), the angular acceleration without
+// velocity products.
 template <class Scalar>
 void EquationTerms<Scalar>::accelerate_ball(int chart, const Vec3<Scalar>& alpha) {
   const Vec3<Scalar> rates = angle_rates(angles_at(q_ + chart), alpha);
   std::copy_n(rates.data(), 3, qdd_ + chart + 1);
 }
 
-// Leaves to root: forces along the velocities for the wrenches of the bodies.
+// Leaves to root: generalized forces along the velocities, from the wrenches of the bodies.
 template <class Scalar>
 void EquationTerms<Scalar>::collect(Scalar* forces) {
   for (int i = plan_.nv; i-- > 0;) {
@@ -197,7 +198,7 @@ Scalar EquationTerms<Scalar>::jacobian(int body, const Vec3<double>& point, int 
   while (ancestor > joint) ancestor = plan_.joints[ancestor].parent;
   if (ancestor != joint) return Scalar(0);
   if (renew(bodies)) set_bodies();
-  // the axis z of a joint, or a link axis of a spherical one; with its rate
+  // the z axis of a joint, or a link axis of a spherical joint; with `rate` its time derivative
   const JointPlan<Scalar>& plan = plan_.joints[joint];
   const GroundState<Scalar>& on = bodies_[chart == ground ? joint : chart + 3];
   const Vec3<Scalar> z = on.rotation.col(chart == ground ? 2 : (joint - chart) % 3);
@@ -213,7 +214,7 @@ Scalar EquationTerms<Scalar>::jacobian(int body, const Vec3<double>& point, int 
   return column[row - 3];
 }
 
-// M = L L^T. A prescribed joint has no row: no force moves it.
+// M = L L^T. Rows of prescribed joints are zero: no force moves these joints.
 template <class Scalar>
 void EquationTerms<Scalar>::factor_mass() {
   using std::sqrt;
@@ -234,7 +235,7 @@ void EquationTerms<Scalar>::factor_mass() {
   }
 }
 
-// x = L^-1 of a row of the Jacobian.
+// x = L^-1 times one row of the Jacobian.
 template <class Scalar>
 void EquationTerms<Scalar>::solve_lower(int body, const Vec3<double>& point, int row, Scalar* x) {
   const int n = velocities();

@@ -7,8 +7,8 @@
 
 namespace redysim {
 
-// Subtracts the wrenches of springs, bushings, elastic couplings and contacts from those of the bodies. Uses
-// positions.
+// Adds the wrenches of springs, bushings, elastic couplings and contacts, that is, subtracts them from the
+// bias wrenches of the bodies. Uses positions.
 template <class Scalar>
 void add_forces_between_bodies(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                                const Scalar* qd) {

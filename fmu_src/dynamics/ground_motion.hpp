@@ -2,7 +2,7 @@
 
 #include "dynamics/joint_transform.hpp"
 
-// Poses and velocities in the ground frame of the bodies with loops, springs or frames; wrenches of springs
+// Poses and velocities in the ground frame of the bodies with loops or force elements; wrenches of springs
 // and ports.
 
 namespace redysim {
@@ -22,7 +22,7 @@ const GroundState<Scalar>& ground_state(const Workspace<Scalar>& ws, int entry) 
   return entry == ground ? ws.base : ws.ground[entry];
 }
 
-// A body's state from its parent's.
+// State of a body from its parent's state.
 template <class Scalar>
 GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
                           const GroundState<Scalar>& from, const Scalar& qd) {
@@ -39,7 +39,7 @@ GroundState<Scalar> moved(const JointPlan<Scalar>& joint, const JointState<Scala
   return to;
 }
 
-// The state of a body seen from another reference.
+// State of a body relative to another reference.
 template <class Scalar>
 void set_seen_from(const PoseStep& step, Workspace<Scalar>& ws) {
   const GroundState<Scalar>& from = ws.ground[step.from];
@@ -56,7 +56,7 @@ void set_seen_from(const PoseStep& step, Workspace<Scalar>& ws) {
   }
 }
 
-// Uses the joint positions in the workspace (set_positions) and qd; fills ws.ground where needed.
+// Fills the required entries of ws.ground. Uses the joint positions in the workspace (set_positions) and qd.
 template <class Scalar>
 void set_ground_motion(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* qd) {
   for (const PoseStep& step : plan.poses) {
@@ -92,7 +92,7 @@ void subtract_force(Workspace<Scalar>& ws, int body, const Vec3<Scalar>& arm, co
   ws.joints[body].p.force -= transposed_product(rotation, force);
 }
 
-// Line of a spring-damper: length (m) and its rate (m/s), direction from a to b.
+// Line of a spring-damper: length (m) and its rate (m/s), direction from a to b, tension (N).
 template <class Scalar>
 struct SpringLine {
   PointMotion<Scalar> a, b;
@@ -126,7 +126,7 @@ void add_spring_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& spring : plan.springs) add_spring_wrench(spring, ws);
 }
 
-// `wrench`: moment (N m) and force (N), 6 numbers.
+// Applies a port's wrench to its body. `wrench`: moment (N m) and force (N), 6 numbers.
 template <class Scalar>
 void add_port_wrench(const PortPlan<Scalar>& port, Workspace<Scalar>& ws, const Scalar* wrench) {
   Vec3<Scalar> moment(wrench[0], wrench[1], wrench[2]), force(wrench[3], wrench[4], wrench[5]);
@@ -150,7 +150,8 @@ void add_port_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
   }
 }
 
-// Pose and velocity of any body: recursion to the ground, for outputs. Uses set_positions' joint states.
+// Pose and velocity of any body in the ground frame, recursively from the ground, for outputs. Uses the joint
+// states of set_positions.
 template <class Scalar>
 GroundState<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body,
                                 const Scalar* qd) {
@@ -165,7 +166,7 @@ struct AcceleratedBody {
   Motion<Scalar> acceleration;  // of the origin, in ground axes, without gravity
 };
 
-// Pose, velocity and acceleration of any body, likewise.
+// The same with the acceleration.
 template <class Scalar>
 AcceleratedBody<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body,
                                     const Scalar* qd, const Scalar* qdd) {
@@ -184,7 +185,7 @@ AcceleratedBody<Scalar> body_motion(const Plan<Scalar>& plan, const Workspace<Sc
   return to;
 }
 
-// Acceleration of a point fixed in a body, in ground axes. arm: from the body's origin, ground axes.
+// Acceleration of a point fixed in a body, in ground axes. `arm`: from the body's origin, in ground axes.
 template <class Scalar>
 Vec3<Scalar> point_acceleration(const AcceleratedBody<Scalar>& body, const Vec3<Scalar>& arm) {
   const Vec3<Scalar>& omega = body.state.omega;

@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Indices in an array of consecutive entries of `Width` numbers each, from `begin` on.
+// Indices of consecutive entries of `Width` numbers each in an array, starting at `begin`.
 template <int Width>
 struct Span {
   int begin = 0, count = 0;
@@ -21,15 +21,15 @@ struct Span {
   }
 };
 
-// Indices of the inputs of a right-hand side. forward_dynamics uses the first `recursion_size()` numbers.
+// Indices of the inputs of a right-hand side. forward_dynamics uses only the first recursion_size() numbers.
 struct InputLayout {
-  Span<1> tau;          // per joint: torque or force of its drive, N m or N; of a prescribed joint its qdd
+  Span<1> tau;          // per joint: drive torque or force, N m or N; for a prescribed joint its qdd
   Span<6> port_wrench;  // per port: moment and force, N m and N
   Span<3> ball_torque;  // per spherical joint, N m, link axes
   Span<5> held_motion;  // per prescribed joint without a trajectory: Held
   Span<1> phase;        // per trajectory, then the memory of a sampled controller
 
-  // Entries of a held motion: q and qd at the time, and their jumps since the last step.
+  // Entries of a held motion: time, q and qd at this time, and pending jumps since the last step.
   enum Held { held_time, held_q, held_qd, held_q_jump, held_qd_jump };
 
   InputLayout() = default;
@@ -42,11 +42,11 @@ struct InputLayout {
         phase{held_motion.end(), phases} {}
 
   int recursion_size() const { return port_wrench.end(); }
-  int force_size() const { return ball_torque.end(); }  // of those that may have time derivatives
+  int force_size() const { return ball_torque.end(); }  // inputs that may have time derivatives
   int size() const { return phase.end(); }
 
-  // While time derivatives of the forces are used, they follow all other inputs: their time, then the first,
-  // the second and the third derivatives of all forces.
+  // While time derivatives of the forces are used, they follow all other inputs: their start time, then the
+  // first, second and third derivatives of all forces.
   static constexpr int highest_order = 3;
   int slope_time() const { return size(); }
   int slope(int order, int force) const { return size() + 1 + (order - 1) * force_size() + force; }

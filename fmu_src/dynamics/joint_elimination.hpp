@@ -2,7 +2,7 @@
 
 #include "dynamics/bias.hpp"
 
-// One step of the forward-dynamics recursion, in both directions.
+// One joint of the forward-dynamics recursion, in both directions.
 //
 // Legend, DeNOC letters of Fig. 2 of the ReDySim paper: A_ij = to_body, N (p) = S, M-hat = A,
 // psi-hat = U, m-hat = 1/D_inverse, phi-hat = u, eta = p, mu = acceleration.
@@ -20,22 +20,23 @@ REDYSIM_INLINE InertiaColumn<Scalar> set_pivot(const JointPlan<Scalar>& joint, J
   return column;
 }
 
-// A prescribed joint is rigid: 1/D = 0, and its acceleration is part of c.
+// Treats a prescribed joint as rigid: 1/D = 0, and its acceleration is added to c.
 template <class Scalar>
 void prescribe(const JointPlan<Scalar>& joint, JointState<Scalar>& s, const Scalar& qdd) {
   s.D_inverse = s.u = Scalar(0);
   add_motion(joint, qdd, s.c);
 }
 
-// Articulated inertia and bias wrench transmitted to the parent: A_reduced = A - U U^T / D and
-// p + A_reduced c + U u / D. A rotation without armature transmits only the joint force about z; the entries
-// of A for its axis are set to exactly zero, so that the inertia of massless bodies remains zero.
+// Articulated inertia and bias wrench transmitted to the parent: A_reduced = A - U U^T / D and p + A_reduced
+// c + U u / D. A rotational joint without armature transmits only the joint force about z; the entries of A
+// for its axis are set to exactly zero, so that massless bodies keep zero inertia.
 template <class Scalar>
 REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
                            const InertiaColumn<Scalar>& column, const Scalar& force,
                            ArticulatedInertia<Scalar>& A, Force<Scalar>& p) {
   using L = Lanes<Scalar>;
-  // of one row: right = [n f f n], left = [n f n f]; the lanes of left * right are n n, f f, n f, f n
+  // per row: right = [n f f n], left = [n f n f] (n moment, f force); the lanes of left * right are n n, f f,
+  // n f, f n
   const L &right_x = column.x, &right_y = column.y, &right_z = column.z;
   const L left_x = s.D_inverse * permuted<0, 1, 0, 1>(right_x),
           left_y = s.D_inverse * permuted<0, 1, 0, 1>(right_y),
@@ -57,7 +58,7 @@ REDYSIM_INLINE void reduce(const JointPlan<Scalar>& joint, const JointState<Scal
   if (joint.axis_free) p.moment.z() = force;
 }
 
-// Leaves to root: one joint, eliminated into the body of its parent.
+// Leaves to root: eliminates one joint into the body of its parent.
 template <class Scalar>
 void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar* q, const Scalar* qd,
                const Scalar* inputs) {
@@ -77,8 +78,8 @@ void eliminate(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Sca
   add(parent.p, p);
 }
 
-// Root to leaves: acceleration of one joint. `from_loops`: contribution of the multipliers to u. At rest:
-// without gravity and velocity products, the response to u alone.
+// Root to leaves: acceleration of one joint. `from_loops`: contribution of the multipliers to u. `at_rest`:
+// response to u alone, without gravity and velocity products.
 template <class Scalar>
 void accelerate_joint(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, Scalar* qdd,
                       const Scalar& from_loops, bool at_rest = false) {

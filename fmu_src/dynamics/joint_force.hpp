@@ -6,7 +6,7 @@
 #include "dynamics/smooth_onset.hpp"
 
 // Forces in a joint: drive, spring, damper, dry friction and stops; their energy and dissipation. Constants
-// and states may have different scalar types, so that derivatives follow from dual states.
+// and states may have different scalar types, so that dual states give derivatives.
 //
 // Friction after Brown and McPhee (2016), smooth in the velocity; s = qd / friction_velocity:
 //   friction tanh(4 s) + (static_friction - friction) s / (s^2 / 4 + 3 / 4)^2       maximum at s = 1
@@ -58,7 +58,7 @@ Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Sca
   return force;
 }
 
-// The same without the drive, divided by what the work becomes.
+// Passive force, without the drive: conservative part and dissipative part.
 template <class Scalar>
 struct PassiveForce {
   Scalar stored, lost;
@@ -77,7 +77,7 @@ PassiveForce<Scalar> passive_force(const Plan<Constant>& plan, int i, const Scal
   return force;
 }
 
-// Energy of the spring and the stops of joint i, J.
+// Energy stored in the spring and the stops of joint i, J.
 template <class Constant, class Scalar>
 Scalar joint_energy(const Plan<Constant>& plan, int i, const Scalar& q) {
   const JointPlan<Constant>& joint = plan.joints[i];

@@ -67,7 +67,7 @@ void turn_x_back(const JointPlan<Scalar>& joint, ArticulatedInertia<Scalar>& A) 
   }
 }
 
-// cos, sin and offset of one joint's z screw at q.
+// Sets cos, sin and offset of one joint's z screw at q.
 template <class Scalar>
 void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointState<Scalar>& state) {
   using std::cos;
@@ -77,7 +77,7 @@ void set_joint_position(const JointPlan<Scalar>& joint, const Scalar& q, JointSt
   state.offset = joint_offset(joint, q);
 }
 
-// A motion in the axes of the parent -> of the body, at the same point.
+// Rotates a motion from the parent's axes to the body's axes, at the same point.
 template <class Scalar>
 void turn_to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Motion<Scalar>& m) {
   for (Vec3<Scalar>* v : {&m.angular, &m.linear}) {
@@ -87,7 +87,7 @@ void turn_to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& stat
   }
 }
 
-// Motion of the parent's frame -> of the body's frame (joint at rest).
+// Transforms a motion from the parent's frame to the body's frame (joint at rest).
 template <class Scalar>
 void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Motion<Scalar>& m) {
   auto shift_z = [&m](const Scalar& d) {
@@ -112,7 +112,7 @@ void to_body(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Mo
   turn_into(m.linear.x(), m.linear.y(), state.cosine, state.sine);
 }
 
-// Wrench at the body's frame -> at the parent's.
+// Transforms a wrench from the body's frame to the parent's frame.
 template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, Force<Scalar>& f) {
   auto shift_z = [&f](const Scalar& d) {
@@ -137,7 +137,7 @@ void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state, 
   }
 }
 
-// Articulated inertia at the body's frame -> at the parent's.
+// Transforms an articulated inertia from the body's frame to the parent's frame.
 template <class Scalar>
 void to_parent(const JointPlan<Scalar>& joint, const JointState<Scalar>& state,
                ArticulatedInertia<Scalar>& A) {

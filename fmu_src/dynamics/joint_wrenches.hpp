@@ -5,8 +5,9 @@
 
 namespace redysim {
 
-// Subtracts the wrenches of the multipliers from those of the bodies. Uses ws.ground; fills the loop rows.
-// Rows with directions of the ground have no moment on the body that is their root: it does not turn.
+// Adds the wrenches of the multipliers to the bodies, that is, subtracts them from ws.joints[i].p. Uses
+// ws.ground; fills the loop rows. Rows with directions fixed to the ground have no moment on the ground body,
+// their root.
 template <class Scalar>
 void subtract_loop_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
                             const std::vector<Scalar>& lambda) {
@@ -21,8 +22,8 @@ void subtract_loop_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
       }
 }
 
-// Inverse dynamics with all forces between bodies: wrench that each joint transmits to its body, at the
-// origin and in the axes of the body, into ws.joints[i].p, and drive forces into tau. Uses q, qd, qdd (nv),
+// Inverse dynamics with all forces between bodies. Sets ws.joints[i].p to the wrench that joint i transmits
+// to its body, at the origin and in the axes of the body, and tau to the drive forces. Uses q, qd, qdd (nv),
 // moments and forces of the ports, and the multipliers of all rows.
 template <class Scalar>
 void set_joint_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,

@@ -4,8 +4,8 @@
 
 namespace redysim {
 
-// Linear momentum (kg m/s) and angular momentum about the ground's origin (kg m^2/s) of all bodies, ground
-// axes, as force and moment of a Force. Uses q, qd (plan.nv); overwrites positions, p and twists.
+// Linear momentum (kg m/s) and angular momentum about the ground's origin (kg m^2/s) of all bodies, in ground
+// axes, as force and moment of the result. Uses q, qd (plan.nv); overwrites positions, p and twists.
 template <class Scalar>
 Force<Scalar> momentum(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd) {
   set_twists(plan, ws, q, qd);

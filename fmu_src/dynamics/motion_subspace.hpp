@@ -19,7 +19,7 @@ bool slides(const JointPlan<Scalar>& joint) {
   return joint.subspace != Subspace::rotation;
 }
 
-// The linear part of S.
+// The linear part of S: 0, 1 or the pitch (m/rad).
 template <class Scalar>
 double advance(const JointPlan<Scalar>& joint) {
   switch (joint.subspace) {
@@ -33,7 +33,7 @@ double advance(const JointPlan<Scalar>& joint) {
   return joint.pitch;
 }
 
-// Angle about z and offset along z at q.
+// Rotation angle about z and offset along z at q.
 template <class Scalar>
 Scalar joint_angle(const JointPlan<Scalar>& joint, const Scalar& q) {
   return turns(joint) ? Scalar(joint.theta + q) : joint.theta;
@@ -83,7 +83,7 @@ void add_motion(const JointPlan<Scalar>& joint, const Scalar& rate, Motion<Scala
   }
 }
 
-// The same along any axes; `along` is e_z times the rate.
+// The same with any axes; `along` is e_z times the rate.
 template <class Scalar>
 void add_motion(const JointPlan<Scalar>& joint, const Vec3<Scalar>& along, Vec3<Scalar>& angular,
                 Vec3<Scalar>& linear) {
@@ -101,8 +101,8 @@ void add_motion(const JointPlan<Scalar>& joint, const Vec3<Scalar>& along, Vec3<
   }
 }
 
-// Velocity products of qd and the angular velocity of the parent, turned = omega x e_z qd: gyroscopic angular
-// and Coriolis linear acceleration.
+// Adds the velocity products of qd and the angular velocity omega of the parent: gyroscopic angular and
+// Coriolis linear acceleration. turned = omega x e_z qd.
 template <class Scalar>
 void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& turned, Motion<Scalar>& a) {
   switch (joint.subspace) {
@@ -119,7 +119,7 @@ void add_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& tu
   }
 }
 
-// The same from omega in body axes; sets the angular part of a, which has no other terms.
+// The same with omega in body axes; sets the angular part of a, which has no other terms.
 template <class Scalar>
 void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& omega, const Scalar& qd,
                           Motion<Scalar>& a) {
@@ -139,7 +139,7 @@ void set_velocity_product(const JointPlan<Scalar>& joint, const Vec3<Scalar>& om
   }
 }
 
-// A S of an articulated inertia: per row the lanes moment, force, force, moment.
+// A S of an articulated inertia: the lanes of each row are moment, force, force, moment.
 template <class Scalar>
 struct InertiaColumn {
   Lanes<Scalar> x, y, z;
@@ -162,7 +162,7 @@ REDYSIM_INLINE InertiaColumn<Scalar> inertia_column(const JointPlan<Scalar>& joi
   return {column(A.xz), column(A.yz), column(A.zz)};
 }
 
-// S^T A S from the entry zz.
+// S^T A S from entry zz of A.
 template <class Scalar>
 Scalar axis_inertia(const JointPlan<Scalar>& joint, const Lanes<Scalar>& zz) {
   switch (joint.subspace) {
@@ -176,8 +176,8 @@ Scalar axis_inertia(const JointPlan<Scalar>& joint, const Lanes<Scalar>& zz) {
   return zz[0] + joint.pitch * (zz[2] + zz[3] + joint.pitch * zz[1]);
 }
 
-// Squared upper bound of S^T w from the squared norms of moment and force (or from other squared measures of
-// the angular and the linear part).
+// Squared upper bound of S^T w from the squared norms of moment and force (or other squared measures of the
+// angular and the linear part).
 template <class Scalar>
 Scalar largest_squared(const JointPlan<Scalar>& joint, const Scalar& moment, const Scalar& force) {
   switch (joint.subspace) {

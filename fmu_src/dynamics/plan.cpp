@@ -17,15 +17,15 @@ Twist twist_of(const Turn& alpha) {
   return Twist::general;
 }
 
-// DH parameters, and an offset across x in the axes of gamma.
+// DH parameters, and an offset along y of the axes after gamma.
 struct Placement {
   DhParameters dh;
   double aside = 0;
 };
 
-// The common normal of nearly parallel axes can be far away. Moving an inertia there and back costs digits in
-// proportion to the square of that distance. `position` is that of the child in the parent's axes turned by
-// gamma.
+// The common normal of nearly parallel axes can be far away. Shifting an inertia there and back loses
+// accuracy in proportion to the square of that distance. `position`: of the child, in the parent's axes
+// rotated by gamma.
 Placement placement_of(DhParameters dh, const Vec3<double>& position) {
   constexpr double far = 8;
   if (!(std::max(std::abs(dh.b), std::abs(dh.d)) > far * position.lpNorm<Eigen::Infinity>())) return {dh, 0};
@@ -57,7 +57,7 @@ JointPlan<double> joint_plan(const Joint& joint, const Placement& placement, int
   const Turn alpha = turn_of(dh.alpha);
   plan.twist = twist_of(alpha);
   if (plan.twist == Twist::none) {
-    // the z axes are parallel: offsets along them add up, and so do the angles when nothing lies between
+    // the z axes are parallel: offsets along them add up, and so do the angles if nothing lies between them
     dh.d += dh.b;
     dh.b = 0;
     if (dh.a == 0 && placement.aside == 0) {
@@ -82,7 +82,8 @@ JointPlan<double> joint_plan(const Joint& joint, const Placement& placement, int
   return plan;
 }
 
-// Inertia of one link about `frame`'s origin and axes, where `frame` is the link's frame in its carrier.
+// Inertia of one link about the origin and in the axes of its carrier. `frame`: the link's frame in the
+// carrier.
 template <class Scalar>
 RigidInertia<Scalar> inertia_in(const Pose& frame, const LinkParameters<Scalar>& link) {
   const Mat3<Scalar> rotation = frame.rotation.cast<Scalar>();
@@ -115,14 +116,14 @@ Resistance<Scalar> resistance_of(const JointParameters<Scalar>& joint) {
   return plan;
 }
 
-// First joint of the tree whose digits matter most: the first tree, or one with loops, springs or contacts
-// that is smaller by two orders of magnitude.
+// First joint of the tree that needs the best accuracy: the first tree, or one with loops, springs or
+// contacts that is smaller by two orders of magnitude.
 std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier,
                           const std::vector<JointPlan<double>>& joints) {
   std::vector<std::size_t> roots;
   for (const auto& joint : joints)
     roots.push_back(joint.parent == ground ? roots.size() : roots[static_cast<std::size_t>(joint.parent)]);
-  std::vector<double> sizes(joints.size(), 0.0);  // m, sum over its links
+  std::vector<double> sizes(joints.size(), 0.0);  // m, sum over the links
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     if (carrier[i] == ground) continue;
     const std::size_t body = static_cast<std::size_t>(carrier[i]), root = roots[body];
@@ -149,7 +150,7 @@ std::size_t smallest_tree(const Model& model, const std::vector<int>& carrier,
   return smallest;
 }
 
-// The plan of a model.
+// Builds the plan of a model.
 struct BuiltPlan : Plan<double> {
   BuiltPlan(const Model& model, const Parameters<double>& parameters);
 
@@ -161,7 +162,7 @@ struct BuiltPlan : Plan<double> {
   void add_bushings(const Model& model);
   void add_contacts(const Model& model);
   void add_ports(const Model& model);
-  // Of a link or the ground: what carries it, and its frame there.
+  // The body of a link or the ground, and the link's frame in it.
   int body_of(int link) const { return link == ground ? ground : carrier[link]; }
   Pose frame_of(int link) const { return link == ground ? Pose() : frame_in_carrier[link]; }
 };
@@ -344,7 +345,7 @@ Plan<Scalar>::Plan(const Plan<Other>& plan)
   }
 }
 
-// The armatures contain N^2 J.
+// The armatures of the parameters contain N^2 J (dynamics/rotor.hpp).
 template <class Scalar>
 void Plan<Scalar>::update_rotors() {
   for (const RotorPlan& rotor : rotors) {

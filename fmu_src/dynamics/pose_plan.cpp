@@ -32,11 +32,11 @@ class PoseBuilder {
   }
 
  private:
-  // Entries of Workspace::ground beyond the body's own; ground: none.
+  // Further entries of Workspace::ground of a body; ground: none.
   struct Body {
     bool needed = false;
-    int cluster_root = ground;  // of its joint's cluster
-    int reference = ground;     // body that positions of its own entry are relative to; ground: plan.origin
+    int cluster_root = ground;  // root of its joint's cluster
+    int reference = ground;     // body to which positions of its own entry are relative; ground: plan.origin
     int as_root = ground, lifted = ground;
   };
 
@@ -73,7 +73,7 @@ class PoseBuilder {
     plan_.poses.push_back({PoseStep::Kind::moved, i, i, from, ground, body.reference});
   }
 
-  // The entry of the root of a cluster seen from its own origin.
+  // The entry of a cluster's root relative to its own origin.
   int as_root(int i) {
     int& entry = bodies_[i].as_root;
     if (entry == ground) {
@@ -83,7 +83,7 @@ class PoseBuilder {
     return entry;
   }
 
-  // The entry of a body seen from plan.origin.
+  // The entry of a body relative to plan.origin.
   int lifted(int i) {
     if (i == ground || bodies_[i].reference == ground) return i;
     int& entry = bodies_[i].lifted;
@@ -107,10 +107,10 @@ class PoseBuilder {
     }
   }
 
-  // The entry of a body of a cluster seen from the origin of the cluster's root.
+  // The entry of a body of a cluster relative to the origin of the cluster's root.
   int seen_from(int root, int i) const { return i == root && root != ground ? bodies_[root].as_root : i; }
 
-  // Within one cluster the positions are relative to its root.
+  // Sets the entries of an element; if both bodies are in one cluster, positions are relative to its root.
   template <class Element>
   void set_entries(Element& element) {
     const auto is_seen_from = [this](int root, int i) {

@@ -5,8 +5,8 @@
 
 namespace redysim {
 
-// Root to leaves: accelerations of the bodies (minus gravity) and the wrench that accelerates each single
-// body, into ws.joints[i].acceleration and .p.
+// Root to leaves: sets ws.joints[i].acceleration to the acceleration of each body (minus gravity) and .p to
+// the wrench that accelerates the single body.
 template <class Scalar>
 void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                        const Scalar* qdd, const Vec3<Scalar>& gravity) {
@@ -28,7 +28,8 @@ void set_body_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Sc
   }
 }
 
-// Leaves to root: joint forces for the wrenches in ws.joints[i].p, which are accumulated towards the root.
+// Leaves to root: joint forces tau for the wrenches in ws.joints[i].p, which are accumulated towards the
+// root.
 template <class Scalar>
 void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                           const Scalar* qdd, Scalar* tau) {
@@ -44,8 +45,8 @@ void collect_joint_forces(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   }
 }
 
-// Inverse dynamics, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim paper, left): drive
-// forces tau (nv) for qdd at (q, qd) of the open tree, with gravity, springs, dampers, friction, stops and
+// Inverse dynamics of the open tree, recursive Newton-Euler (Luh, Walker, Paul 1980; Fig. 2 of the ReDySim
+// paper, left): drive forces tau (nv) for qdd at (q, qd), with gravity, springs, dampers, friction, stops and
 // armatures. Uses q, qd, qdd (nv); fills the workspace's accelerations and wrenches.
 template <class Scalar>
 void inverse_dynamics(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,

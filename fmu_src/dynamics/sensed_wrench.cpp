@@ -10,7 +10,7 @@ namespace {
 
 bool shows_wrench(const Frame& frame) { return frame.wrench; }
 
-// The model with a joint, always at 0, in place of each fixed link with a sensor.
+// The model with a locked joint at 0 instead of each fixed link with a sensor.
 Model with_cuts(Model model) {
   for (const Frame& frame : model.frames) {
     Joint& joint = model.links[frame.link].joint;
@@ -32,7 +32,7 @@ std::vector<int> joints_by_link(const Plan<double>& plan, const Plan<double>& of
   return result;
 }
 
-// A planar loop may have fewer rows in `of`. Rows of couplings transmit no wrench.
+// Omits rows that a planar loop does not have in `of`, and rows of couplings, which transmit no wrench.
 std::vector<int> rows_by_loop(const Plan<double>& plan, const Plan<double>& of) {
   std::vector<int> result;
   for (const ClusterPlan& cluster : plan.clusters)
@@ -46,7 +46,7 @@ std::vector<int> rows_by_loop(const Plan<double>& plan, const Plan<double>& of) 
   return result;
 }
 
-// A port on a link that is fixed to the ground is a port here only.
+// A port on a link fixed to the ground exists only in `plan`.
 std::vector<int> ports_by_frame(const Plan<double>& plan, const Plan<double>& of) {
   std::vector<int> result;
   for (const auto& port : plan.ports) {

@@ -7,27 +7,27 @@
 namespace redysim {
 
 // Loads on wrist sensors: force and moment that the bodies outboard of a fixed link exert on the link's
-// parent. A Plan merges fixed links into their carriers; here each fixed link with a sensor is a body of its
-// own, on a joint that does not move. Neither throws nor allocates after construction.
+// parent. A Plan merges fixed links into their carriers; this class has its own plan, in which each fixed
+// link with a sensor is a body on a locked joint. Neither throws nor allocates after construction.
 template <class Scalar>
 class SensedWrenches {
  public:
   static bool needed(const Model& model);
-  // `plan`: that of the model. `update` follows before the first evaluation.
+  // `plan`: of `model`. Call `update` before the first evaluation.
   SensedWrenches(const Model& model, const Plan<double>& plan);
   void update(const Parameters<Scalar>& parameters) { plan_.update(parameters); }
 
-  // From q, qd, qdd of all joints of the plan, moments and forces of its ports, and multipliers of its rows.
+  // Uses q, qd, qdd of all joints of the plan, moments and forces of its ports, and multipliers of its rows.
   void evaluate(const Scalar* q, const Scalar* qd, const Scalar* qdd, const Scalar* ports,
                 const std::vector<Scalar>& lambda);
 
-  // At the origin and in the axes of a frame that shows its wrench.
+  // The wrench at the origin and in the axes of a frame with a wrench output.
   Force<Scalar> of(const Frame& frame) const;
 
  private:
   SensedWrenches(Plan<double>&& cut, const Plan<double>& plan);
 
-  std::vector<int> joint_, row_, port_;  // of the plan, per joint, row and port here; -1: none
+  std::vector<int> joint_, row_, port_;  // per entry of plan_: index in the given plan; -1: none
   Plan<Scalar> plan_;
   Workspace<Scalar> workspace_;
   std::vector<Scalar> q_, qd_, qdd_, tau_, ports_, lambda_;

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-// Normal force of a stop or contact at depth x > 0 and depth rate x': k h(x) g(damping x'), where
-//   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)          a linear spring from x = width on, C2 at 0
-//   g(s) = s + sqrt(1 + s^2)                                     1 + s nearby (Hunt and Crossley 1975),
-// positive everywhere, so that it never pulls.
+// Normal force of a stop or contact at depth x > 0 with rate x': k h(x) g(damping x'), where
+//   h'' = 6 u (1 - u) / width,  u = min(x / width, 1)    a linear spring for x >= width, C2 at 0
+//   g(s) = s + sqrt(1 + s^2)                             about 1 + s for small s (Hunt and Crossley 1975)
+// g is always positive, so that the force never pulls.
 
 namespace redysim {
 
@@ -26,7 +26,7 @@ struct SmoothOnset {
   }
 };
 
-// Index of the region of a depth between the corners at the begin and at the end of the onset.
+// Region of a depth: 0 outside, 1 in the onset, 2 at full stiffness.
 inline unsigned onset_region(double depth, double width) {
   return (depth > 0 ? 1u : 0u) + (depth > width ? 1u : 0u);
 }

@@ -18,9 +18,9 @@ struct JointState {
   Scalar cosine, sine;  // of the angle about z
   Scalar offset;        // along z, m
   Vec3<Scalar> omega;   // angular velocity of the body
-  Motion<Scalar> c;     // acceleration of the body at qdd = 0 beyond its parent's (velocity products)
+  Motion<Scalar> c;     // acceleration of the body at qdd = 0 minus its parent's (velocity products)
   ArticulatedInertia<Scalar> A;
-  Force<Scalar> p;              // bias wrench: required at zero acceleration
+  Force<Scalar> p;              // bias wrench: the wrench required at zero acceleration
   Force<Scalar> U;              // A S (DeNOC: psi-hat)
   Scalar D_inverse;             // 1 / (S^T A S + armature) (DeNOC: 1 / m-hat)
   Scalar u;                     // joint force - S^T p (DeNOC: phi-hat)
@@ -37,8 +37,7 @@ struct CompositeMass {
   Vec3<Scalar> h;
 };
 
-// Pose and velocity of a body along the ground's axes; what positions and velocities are relative to:
-// PoseStep.
+// Pose and velocity of a body in ground axes. See PoseStep for the reference of positions and velocities.
 template <class Scalar>
 struct GroundState {
   Mat3<Scalar> rotation;
@@ -47,15 +46,17 @@ struct GroundState {
 
 // Pivot tolerances of EnvelopeCholesky, squared sines. At distance s from a singular configuration the
 // relative pivot is about s^2. A residual of 1e-15 (rounding) rotates the tangent by 1e-15 / s^2 and changes
-// accelerations by 1e-15 / s^3: below s = 3e-5 omitting the row is the smaller error. Corrections of q and qd
-// omit it earlier, because they could move the mechanism to another branch (docs/derivations/loops.md).
+// accelerations by 1e-15 / s^3: below s = 3e-5 omitting the row causes the smaller error. Corrections of q
+// and qd omit it earlier, because they could move the mechanism to another branch
+// (docs/derivations/loops.md).
 inline constexpr double dynamics_pivot_tolerance = 1e-9;
 inline constexpr double projection_pivot_tolerance = 1e-8;
 
-// Largest number of rows times joints of a cluster for which the rank may be decided by the levers.
+// Maximum of rows times joints of a cluster for a decision on the rank by lever bounds.
 inline constexpr std::size_t largest_product = 65536;
 
-// The links from the point of a loop to the joints that its rows cross, in the order of the crossings.
+// The polyline from the point of a loop to the joints that its rows have crossed, in the order of the
+// crossings.
 template <class Scalar>
 struct LinkPath {
   Vec3<Scalar> end;   // m
@@ -71,16 +72,16 @@ struct LinkPath {
 template <class Scalar>
 struct LoopState {
   std::vector<Force<Scalar>> wrench[2];  // per row and side: transmitted so far, in axes of that body
-  // Per crossing of the clusters, then of the fronts; only of couplings: transmitted to its body.
+  // Couplings only, per crossing of the clusters, then of the fronts: wrench transmitted to its body.
   std::vector<Force<Scalar>> coupling_wrench;
   std::vector<Scalar> b;                        // right-hand side of S lambda = b - K a_root
   std::vector<Force<Scalar>> K;                 // per row: wrench on the root
   std::vector<Scalar> crossing_u;               // per crossing of the clusters: u_r of (5)
-  std::vector<Scalar> scale;                    // per row: S_rr with the bounds of the levers
-  std::vector<LinkPath<Scalar>> path[2];        // per loop and side: of its wrenches so far
-  std::vector<double> path_length[2];           // per joint and side of one loop, m; for lever_bound
+  std::vector<Scalar> scale;                    // per row: S_rr computed with the lever bounds
+  std::vector<LinkPath<Scalar>> path[2];        // per loop and side: path of its wrenches so far
+  std::vector<double> path_length[2];           // per joint, for each side of one loop, m; for lever_bound
   std::vector<Scalar> squared_moment_rounding;  // per row, m^2
-  std::vector<Scalar> squared_bound[2];         // per row: largest of one side, of moment and force
+  std::vector<Scalar> squared_bound[2];         // per row, for each side: bounds of moment and force
   std::vector<Scalar> crossing_scale;           // per crossing of the clusters: contribution to scale
   std::vector<Scalar> lambda;
   std::vector<Scalar> residual;             // position residual per row
@@ -88,8 +89,8 @@ struct LoopState {
   std::vector<EnvelopeCholesky<Scalar>> S;  // per cluster
   std::vector<std::vector<Scalar>> Q;  // per cluster, rows by joints: S = L Q Q^T L^T; empty if too large
   std::vector<char> uses_Q;            // per cluster: whether S was factored by Q
-  std::vector<Scalar> lever_bound;     // of one cluster, rows by joints
-  std::vector<Scalar> column_unit;     // of one cluster, per joint: largest lever bound
+  std::vector<Scalar> lever_bound;     // for one cluster, rows by joints
+  std::vector<Scalar> column_unit;     // for one cluster, per joint: maximum lever bound
   std::vector<Scalar> front_entries;   // frontal matrices: S and C, then L and C L^-T
   std::vector<Scalar> front_u;         // per crossing of the fronts: u_r of (5)
   std::vector<Scalar> diagonal;        // per row of the fronts: S_rr before other rows are eliminated
@@ -98,18 +99,17 @@ struct LoopState {
   std::vector<double> residual_size, rate_size;  // per row: magnitude of the terms of residual and rate
 };
 
-// All results of the recursions. Sized once for a plan; initialised with NaN, so that a missing pass is
-// detected.
+// All results of the recursions. Sized once for a plan; initialised with NaN to detect missing passes.
 template <class Scalar>
 struct Workspace {
   [[gnu::cold]] explicit Workspace(const Plan<Scalar>& plan);
 
   std::vector<JointState<Scalar>> joints;
-  std::vector<CompositeMass<Scalar>> composite;  // per body; potential energy alone
-  std::vector<GroundState<Scalar>> ground;       // first the own one of each joint's body
-  GroundState<Scalar> base;                      // the ground itself, seen from plan.origin
-  Scalar contact_power;                          // W, of all contacts: what is not stored
-  std::uint64_t contact_regions = 0;  // number of the regions between corners in which contacts are
+  std::vector<CompositeMass<Scalar>> composite;  // per body; for potential energy only
+  std::vector<GroundState<Scalar>> ground;       // first the bodies' own entries, then those of PoseStep
+  GroundState<Scalar> base;                      // the ground, relative to plan.origin
+  Scalar contact_power;                          // power of all contacts without that of stored energy, W
+  std::uint64_t contact_regions = 0;             // code of the regions between corners, for all contacts
   LoopState<Scalar> loop;
 };
 

@@ -28,9 +28,9 @@ class PseudoRandom {
   unsigned long long state_ = 1;
 };
 
-// Multi-start for local minima of the residual (for example a flat configuration that must fold): starts at
-// increasing distances from the given one, until some of one distance converge. Of these the nearest solution
-// is used.
+// Multi-start against local minima of the residual (for example a flat configuration that must fold): starts
+// at increasing distances from the given configuration until some of one distance converge. The nearest of
+// these solutions is used.
 double minimize_from_nearby_starts(ClusterAssembly& cluster, Vector& z) {
   const Vector start = cluster.z_start();
   const int tries = std::clamp(200 / std::max(1, static_cast<int>(start.size())), 2, 8);
@@ -55,8 +55,8 @@ Pose link_pose(const Plan<double>& plan, const Workspace<double>& ws, int link, 
   return Pose{body.rotation, body.position} * plan.frame_in_carrier[link];
 }
 
-// The constraints that are omitted in planar mechanisms hold in all configurations or in none (wrong axis or
-// offset).
+// The constraints omitted in planar mechanisms hold in all configurations or in none (wrong axis or offset).
+// Checks them in one configuration.
 void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<double>& ws, const double* q,
                         Assembly& result) {
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
@@ -127,8 +127,8 @@ void keep_larger(const Assembly::Residual& found, Assembly::Residual& largest) {
   if (found.size > largest.size) largest = found;
 }
 
-// From the start values to the nearest configuration that satisfies the loops, or else to one of minimum
-// residual. Returns the norm of the residuals.
+// Moves from the start values to the nearest configuration that satisfies the loops, otherwise to one with a
+// minimum residual. Returns the norm of the residuals.
 double solve_positions(ClusterAssembly& cluster, std::vector<double>& moved) {
   Vector z = cluster.z_start();
   double norm = cluster.minimize_residual(z);
@@ -142,7 +142,7 @@ double solve_positions(ClusterAssembly& cluster, std::vector<double>& moved) {
   return norm;
 }
 
-// The positions of a cluster.
+// Assembles the positions of a cluster.
 void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<double>& moved,
                         Assembly& result) {
   double norm = cluster.start(q);
@@ -160,7 +160,7 @@ void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<d
   }
 }
 
-// The velocities of a cluster at its assembled configuration.
+// Assembles the velocities of a cluster in its assembled configuration.
 void assemble_velocities(ClusterAssembly& cluster, const double* qd, std::vector<double>& sped,
                          Assembly& result) {
   cluster.set_motion(qd);

@@ -22,8 +22,8 @@ using Matrix = Eigen::MatrixXd;
 
 constexpr double dependent = 1e-8;  // relative singular value of J, as in assemble(...)
 constexpr double not_moved = 1e-12;
-constexpr double agreement = 1e-6;  // relative remainder of a direction that the loops cannot follow
-constexpr double rounding = 1e-9;   // of directions that satisfy the loops
+constexpr double agreement = 1e-6;  // relative remainder of a direction that the loops prevent
+constexpr double rounding = 1e-9;   // relative error of directions that satisfy the loops
 
 class ClusterDirection {
  public:
@@ -36,7 +36,7 @@ class ClusterDirection {
   }
 
   const char* follow() {
-    Directions change(q_.size(), 0.0), speed(q_.size(), 0.0);  // of held joints first, then of all
+    Directions change(q_.size(), 0.0), speed(q_.size(), 0.0);  // first of the held joints, then of all joints
     bool any = false;
     for (int i : rows_.joints()) {
       change[i] = q_[i].derivative;
@@ -113,7 +113,7 @@ class ClusterDirection {
     return std::sqrt(squared);
   }
 
-  // The size of the mechanism and its derivative along the direction of the start configuration.
+  // Measures the mechanism's size and its derivative along the direction of the start configuration.
   void measure_start(const Assembly& assembly) {
     std::vector<Dual> start = q_;
     for (int i : rows_.joints()) start[i].value -= assembly.moved[i];
@@ -172,7 +172,7 @@ class ClusterDirection {
     return result;
   }
 
-  // Whether rows that are dependent here are independent nearby, n^T dA P != 0: branches meet, and the
+  // Whether rows that are dependent here are independent nearby, n^T dA P != 0: then branches meet, and the
   // nearest configuration has no derivative.
   template <class Projection>
   bool is_singular(const LeastNorm& inverse, const Projection& along) {
@@ -200,7 +200,7 @@ class ClusterDirection {
 
 const char* follow_assembly(const Model& model, const Assembly& assembly, const Plan<Dual>& plan,
                             Workspace<Dual>& ws, std::vector<Dual>& q, std::vector<Dual>& qd) {
-  // poses of the clusters' roots; the rows do not depend on them
+  // poses of the clusters' roots; the rows do not depend on these
   std::vector<Dual> pose(q.size()), rest(q.size());
   for (std::size_t i = 0; i < q.size(); ++i) pose[i] = Dual(q[i].value);
   set_positions(plan, ws, pose.data());

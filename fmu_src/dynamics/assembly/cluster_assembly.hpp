@@ -13,14 +13,14 @@
 namespace redysim {
 
 // Assembly of one cluster: from its start values to the nearest configuration and velocities that satisfy its
-// rows. z: positions of the free joints in their units, phi(z) = 0 the rows, J = d phi / d z.
+// rows. z: positions of the free joints in their units; phi(z) = 0: the rows; J = d phi / d z.
 class ClusterAssembly : public ClusterRows<double> {
  public:
   using Vector = Eigen::VectorXd;
   using Matrix = Eigen::MatrixXd;
 
-  // Norms of residuals, relative to the size of the mechanism, or rad.
-  static constexpr double rounding_residual = 2e-15;  // such a configuration is not corrected
+  // Norms of residuals, relative to the size of the mechanism, or in rad.
+  static constexpr double rounding_residual = 2e-15;  // a smaller one is not corrected
   static constexpr double accepted_residual = 1e-10;
 
   ClusterAssembly(const Model& model, const Plan<double>& plan, Workspace<double>& ws,
@@ -39,9 +39,8 @@ class ClusterAssembly : public ClusterRows<double> {
   const Vector& z_start() const { return z_start_; }
   double accepted() const { return std::max(accepted_residual, rounding_); }
 
-  // Minimises the residuals by Levenberg-Marquardt steps with a damping proportional to the residual:
-  // quadratic convergence at regular configurations, robust at singular ones. Returns the norm of the
-  // residuals.
+  // Minimises the residuals by Levenberg-Marquardt steps with damping proportional to the residual: quadratic
+  // convergence at regular configurations, robust at singular ones. Returns the norm of the residuals.
   double minimize_residual(Vector& z) {
     double norm = residual_norm(z);
     if (coupling_count() > 0) norm = go_along_couplings(z, norm);
@@ -77,8 +76,8 @@ class ClusterAssembly : public ClusterRows<double> {
     return norm;
   }
 
-  // From a configuration that satisfies the loops to the one nearest to the start: Newton steps in the
-  // tangent space.
+  // Moves from a configuration that satisfies the loops to the one nearest to the start, by Newton steps in
+  // the tangent space.
   void move_to_nearest(Vector& z) {
     double distance = (z - z_start_).norm(), gradient = 0;
     for (int k = 0; k < 60; ++k) {
@@ -89,7 +88,7 @@ class ClusterAssembly : public ClusterRows<double> {
       if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
         break;
       const Vector step = newton_step(z, tangent, along, tangent.solve_transposed(away));
-      // close to the solution distances differ by rounding: the gradient decides
+      // close to the solution, distances differ by rounding only: the gradient decides
       const bool converging = step.norm() < 1e-4;
       gradient = converging ? along.norm() : 0;
       bool nearer = false;
@@ -108,7 +107,7 @@ class ClusterAssembly : public ClusterRows<double> {
     residual_norm(z);
   }
 
-  // Rows at the velocities qd; records the largest velocity so far.
+  // Sets the rows at the velocities qd and updates the maximum velocity so far.
   void set_motion(const double* qd) {
     if (has_loops()) {
       const GroundState<double> root = ground_state(ws_, cluster_.root);
@@ -127,8 +126,8 @@ class ClusterAssembly : public ClusterRows<double> {
     for (std::size_t j = 0; j < free_.size(); ++j) change[free_[j]] = step[j] * unit(free_[j]);
   }
 
-  // Whether the rates of a loop after set_motion(qd) are rounding errors of the contributions of single
-  // joints.
+  // Whether the rates of a loop after set_motion(qd) are rounding errors compared with the contributions of
+  // single joints.
   bool rates_vanish(int k, const double* qd) const {
     const LoopPlan<double>& at = loop(k);
     const LoopGeometry<double> g = loop_geometry(at, ws_);
@@ -149,7 +148,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return std::abs(rate_[local_row(at)]) <= rounding_of_rates * speed / row_unit(at) + rounding_ * fastest_;
   }
 
-  // The loops of the cluster, then its couplings.
+  // Number of constraints: the loops of the cluster, then its couplings.
   int constraint_count() const { return loop_count() + coupling_count(); }
   // Assembly::constraint of constraint k.
   int constraint(int k) const {
@@ -159,7 +158,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return k < loop_count() ? rates_vanish(k, qd) : rates_vanish(coupling(k - loop_count()), qd);
   }
 
-  // Residual of constraint k of the cluster at the last configuration, and at the velocities of the last
+  // Residual of constraint k of the cluster: at the last configuration, and at the velocities of the last
   // set_motion.
   Assembly::Residual gap(int k) const { return norm_of(phi_, k); }
   Assembly::Residual rate(int k) const { return norm_of(rate_, k); }
@@ -179,8 +178,8 @@ class ClusterAssembly : public ClusterRows<double> {
     return at.rows.size() > 3 && is_rotation(at.rows[at.rows.size() - 3]);
   }
 
-  // The three rows u . v = 0 of an orientation also hold after half a turn about an axis. Here they are the
-  // components of the rotation vector of frame b in frame a instead.
+  // The three rows u . v = 0 of an orientation also hold after half a turn about an axis. They are therefore
+  // replaced by the components of the rotation vector of frame b in frame a.
   [[gnu::noinline]] void align(int k) {
     const LoopPlan<double>& at = loop(k);
     const LoopGeometry<double> g = loop_geometry(at, ws_);
@@ -207,10 +206,10 @@ class ClusterAssembly : public ClusterRows<double> {
   static constexpr double smallest_damping = 1e-10;
   static constexpr double coarse_damping = 1e-5;    // its square is above rounding errors
   static constexpr double near_enough = 1e-12;      // to the nearest configuration
-  static constexpr double on_branch = 1e-10;        // n^T J' v relative to the squared velocity: rounding
+  static constexpr double on_branch = 1e-10;        // n^T J' v over the squared velocity: rounding error
   static constexpr double branch_residual = 1e-13;  // after the correction
 
-  // Norm over the rows of constraint k, in m or rad.
+  // Norm over the rows of constraint k, m or rad (rates: per s).
   Assembly::Residual norm_of(const Vector& rows, int k) const {
     if (k >= loop_count()) {
       const CouplingPlan& at = coupling(k - loop_count());
@@ -233,7 +232,7 @@ class ClusterAssembly : public ClusterRows<double> {
     }
     return sum;
   }
-  // Rows of couplings are linear: the way may be long. Returns the norm of the residuals.
+  // Rows of couplings are linear, so a long step is possible. Returns the norm of the residuals.
   double go_along_couplings(Vector& z, double norm) {
     const Vector trial = z + LeastNorm(J_, dependent, rounding_).solve(-phi_);
     if (residual_norm(trial) < 0.01 * norm) z = trial;
@@ -282,11 +281,12 @@ class ClusterAssembly : public ClusterRows<double> {
     return speed;
   }
 
-  // If rows are dependent, n^T J = 0, J v = 0 is necessary but not sufficient for v to be the velocity of a
-  // motion: the second-order condition n^T phi'' = n^T J' v = 0, which does not depend on accelerations, must
-  // hold as well. It holds on the tangents of the branches that meet in a singular configuration; a motion
-  // with other velocities would start with an impact. Corrects `step` to the nearest tangent by Newton's
-  // method (minimum norm). Not done with prescribed joints, whose accelerations would enter the condition.
+  // If rows are dependent, n^T J = 0, the condition J v = 0 is necessary but not sufficient for v to be the
+  // velocity of a motion: the second-order condition n^T phi'' = n^T J' v = 0, which does not depend on
+  // accelerations, must also hold. It holds on the tangents of the branches that meet in a singular
+  // configuration; a motion with other velocities would start with an impact. Corrects `step` to the nearest
+  // tangent by Newton's method (minimum norm). Not done with prescribed joints, whose accelerations would
+  // enter the condition.
   void move_to_branch(const double* qd, Vector& step) {
     for (int i : joints_)
       if (plan_.joints[i].prescribed) return;
@@ -315,7 +315,7 @@ class ClusterAssembly : public ClusterRows<double> {
   }
 
   // Newton step of J v = 0, n^T J' v = 0. The second condition is quadratic in v, so central differences give
-  // its exact derivative. It is divided by the speed `length`: all rows have one unit.
+  // its exact derivative. It is divided by the speed `length`, so that all rows have the same unit.
   Vector branch_step(const Matrix& null, const double* qd, const Vector& x, const Vector& second_order,
                      double length) {
     const auto rows = J_.rows(), n = J_.cols();
@@ -333,7 +333,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return LeastNorm(K, dependent, rounding_).solve(residual);
   }
 
-  // n^T J' v per column n of `null`.
+  // n^T J' v for each column n of `null`.
   Vector null_accelerations(const Matrix& null, const std::vector<double>& qd) {
     set_motion(qd.data());
     if (has_loops()) set_accelerations(qd.data());
@@ -351,7 +351,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return sum;
   }
 
-  // Accelerations of the bodies at qdd = 0; that of the cluster's root is zero. Uses set_motion.
+  // Sets the accelerations of the bodies at qdd = 0 relative to the cluster's root. Call after set_motion.
   void set_accelerations(const double* qd) {
     acceleration_.resize(plan_.joints.size());
     for (int i : joints_) {
@@ -368,7 +368,7 @@ class ClusterAssembly : public ClusterRows<double> {
     }
   }
 
-  // The part of phi'' due to the acceleration of one body: the wrench of the row on it times the
+  // The part of phi'' due to the acceleration of one body: the wrench of the row on the body times the
   // acceleration.
   double row_acceleration(const Force<double>& on_body, const GroundState<double>& at, int body) const {
     if (body == cluster_.root) return 0;
@@ -382,7 +382,7 @@ class ClusterAssembly : public ClusterRows<double> {
     return sum;
   }
 
-  // J with the columns of held joints, which may accelerate.
+  // J including the columns of held joints, which may accelerate.
   Matrix jacobian_with_held_joints() {
     const std::vector<int> free = free_, column = column_;
     const Matrix J = J_;
@@ -399,8 +399,8 @@ class ClusterAssembly : public ClusterRows<double> {
 
   const Model& model_;
   Vector z_start_;
-  double fastest_ = 1;                        // largest velocity so far, rad/s or sizes/s
-  std::vector<Motion<double>> acceleration_;  // along the ground's axes
+  double fastest_ = 1;                        // maximum velocity so far, rad/s or sizes/s
+  std::vector<Motion<double>> acceleration_;  // in ground axes
 };
 
 }  // namespace redysim

@@ -9,7 +9,7 @@
 namespace redysim {
 namespace {
 
-constexpr double dependent = 1e-8;  // of the assembly, too
+constexpr double dependent = 1e-8;  // as in the assembly
 
 }  // namespace
 

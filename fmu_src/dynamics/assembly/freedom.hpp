@@ -6,13 +6,14 @@
 
 namespace redysim {
 
-// Ranks of the constraints of each cluster of a plan by some of its joints, at q (per joint of the plan).
+// Ranks of the constraints of each cluster of a plan with respect to some joints, at q (per joint of the
+// plan).
 struct ConstraintRanks {
-  std::vector<int> ranks, joints;  // per cluster; joints: of those that are free
-  bool are_full = true;            // as many as rows or joints
-  double gap = 0;                  // largest residual, relative to the size of the mechanism, or rad
+  std::vector<int> ranks, joints;  // per cluster; joints: number of free joints
+  bool are_full = true;            // ranks equal the number of rows or of joints
+  double gap = 0;                  // maximum residual, relative to the size of the mechanism, or in rad
 };
-// `smallest`: a pivot of J, in units of the joints, that counts. Allocates.
+// `smallest`: minimum significant pivot of J, in units of the joints. Allocates.
 ConstraintRanks constraint_ranks(const Model& model, const Plan<double>& plan, const double* q,
                                  FreeJoints free, double smallest);
 
@@ -20,12 +21,12 @@ ConstraintRanks constraint_ranks(const Model& model, const Plan<double>& plan, c
 // motions - surplus + left = system.
 struct Freedom {
   int motions = 0;  // prescribed joints
-  int system = 0;   // degrees of freedom with all joints free
-  int left = 0;     // of these not prescribed, integrated
-  int surplus = 0;  // motions determined by the others, which must be consistent with the loops
+  int system = 0;   // degrees of freedom if no joint is prescribed
+  int left = 0;     // degrees of freedom that are not prescribed
+  int surplus = 0;  // motions that depend on others and must be consistent with the loops
 };
 
-// From ranks at q, so singular configurations have their own result. Allocates.
+// Determined by ranks at q: the result differs in singular configurations. Allocates.
 Freedom freedom(const Model& model, const Plan<double>& plan, const double* q);
 
 }  // namespace redysim

@@ -10,7 +10,7 @@
 namespace redysim {
 namespace {
 
-// Rounding errors of an articulated inertia: of its rotational part, kg m^2, and its translational part, kg.
+// Rounding errors of an articulated inertia: rotational part, kg m^2; translational part, kg.
 struct Rounding {
   double moment = 0, force = 0;
 };
@@ -24,7 +24,7 @@ Rounding rounding_of(const ArticulatedInertia<double>& A) {
           epsilon * (std::abs(A.xx[1]) + std::abs(A.yy[1]) + std::abs(A.zz[1]))};
 }
 
-// A characteristic length per joint, m: of its offsets and its body, or of the next outboard joints.
+// A characteristic length per joint, m: from its offsets and its body, or from the next outboard joints.
 std::vector<double> lengths(const Plan<double>& plan) {
   std::vector<double> length(plan.joints.size());
   for (std::size_t i = length.size(); i-- > 0;) {
@@ -45,7 +45,7 @@ std::vector<double> lengths(const Plan<double>& plan) {
 }  // namespace
 
 std::vector<double> joint_inertias(const Plan<double>& plan, Workspace<double>& ws, const double* q) {
-  // at rest; a singular joint gives infinite accelerations, which affect only joints inboard of it
+  // at rest; a singular joint gives infinite accelerations, which only affect joints inboard of it
   const std::vector<double> rest(static_cast<std::size_t>(InputLayout(plan).recursion_size()));
   std::vector<double> inertias(plan.joints.size());
   compiled_forward_dynamics(plan, ws, q, rest.data(), rest.data(), inertias.data());
@@ -80,7 +80,7 @@ int always_singular_joint(const Plan<double>& plan, Workspace<double>& ws) {
   const std::vector<double> length = lengths(plan);
   std::vector<double> q(plan.joints.size());
   for (int attempt = 1; attempt <= 3; ++attempt) {
-    // quasi-random angles and displacements; within the chart of spherical joints
+    // quasi-random angles and displacements; spherical joints stay within their chart
     for (std::size_t i = 0; i < q.size(); ++i) {
       const double share = std::fmod(0.7548776662466927 * static_cast<double>(i + 1) * attempt, 1.0);
       q[i] = plan.joints[i].prescribed ? 0 : plan.joints[i].of_ball ? 0.5 * share : 0.3 + 2 * share;

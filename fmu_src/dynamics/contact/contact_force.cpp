@@ -11,13 +11,13 @@
 namespace redysim {
 namespace {
 
-// Force and couple on the balls' body at the contact point, in the axes of the surface.
+// Force and couple on the balls' body at the contact point, in surface axes.
 template <class Scalar>
 struct ContactForce {
   Vec3<Scalar> force, couple;
 };
 
-// Friction coefficient over slip velocity, s/m, after Brown and McPhee (2016).
+// Friction coefficient divided by the slip velocity, s/m, after Brown and McPhee (2016).
 template <class Scalar>
 Scalar friction_per_velocity(const ContactLaw<Scalar>& law, const Vec3<Scalar>& slip) {
   using std::tanh;
@@ -44,8 +44,8 @@ ContactForce<Scalar> smooth_contact(const ContactLaw<Scalar>& law, const Touch<S
   return out;
 }
 
-// ReDySim's: K p - C v from a penetration of 1e-5 m on, with a cubic C(p) on the way out; friction by each
-// axis of the surface.
+// ReDySim's law: K p - C v from a penetration of 1e-5 m on, with a cubic C(p) while separating; independent
+// friction along the surface's x and y axes.
 template <class Scalar>
 ContactForce<Scalar> redysim_contact(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
   using std::abs;
@@ -75,20 +75,20 @@ template <class Scalar>
   return law.redysim ? redysim_contact(law, touch) : smooth_contact(law, touch);
 }
 
-// Energy stored at a contact point, J. ReDySim's law counts all of its energy as work.
+// Energy stored at a contact point, J; 0 for ReDySim's law, whose power counts as work completely.
 template <class Scalar>
 Scalar stored_energy(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
   if (law.redysim) return Scalar(0);
   return law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).energy();
 }
 
-// Of a pressed point between the corners of its normal force, with the share of its pair.
+// Region of a pressed point between the corners of its normal force.
 unsigned region(const ContactLaw<double>& law, const Touch<double>& touch) {
   if (law.redysim) return touch.depth < redysim_least_depth ? 0 : 1;
   return onset_region(touch.depth, law.width);
 }
 
-// Power of a contact point that is not stored, W.
+// Power of a contact point without that of stored energy, W.
 template <class Scalar>
 Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
                     const ContactForce<Scalar>& out) {
@@ -98,7 +98,7 @@ Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
   return power + law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).force() * touch.growth;
 }
 
-// A force and a couple in ground axes at a point of the ground frame.
+// A force and a couple at a point of the ground frame, in ground axes.
 template <class Scalar>
 struct PointWrench {
   Vec3<Scalar> point, force, couple;
@@ -110,7 +110,7 @@ PointWrench<Scalar> in_ground_frame(const ContactForce<Scalar>& of, const Touch<
   return {motion.origin + motion.axes * touch.position, motion.axes * of.force, motion.axes * of.couple};
 }
 
-// Adds `sign` times a wrench to the external ones of a body, whose pose is `entry`.
+// Adds `sign` times a wrench to the external wrenches of a body, with the pose `entry`.
 template <class Scalar>
 void act_on(Workspace<Scalar>& ws, int body, int entry, const PointWrench<Scalar>& at, double sign) {
   if (body == ground) return;
@@ -121,7 +121,7 @@ void act_on(Workspace<Scalar>& ws, int body, int entry, const PointWrench<Scalar
   ws.joints[body].p.force -= Scalar(sign) * Vec3<Scalar>(into_body * at.force);
 }
 
-// Calls visit(law, touch, motion) for each contact point of a pair that is pressed.
+// Calls visit(law, touch, motion) for each contact point of a pair with positive depth.
 template <class Scalar, class Visit>
 void visit_pressed(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ContactPair<Scalar>& pair,
                    Visit visit) {

@@ -10,11 +10,12 @@
 
 namespace redysim {
 
-// Adds the wrenches of all contact points to the bias wrenches of the bodies, and sets ws.contact_power.
+// Adds the wrenches of all contact points to the bodies, that is, subtracts them from the bias wrenches, and
+// sets ws.contact_power.
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws);
 
-// The same for one pair, with its power added to ws.contact_power.
+// The same for one pair; its power is added to ws.contact_power.
 template <class Scalar>
 void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ContactPair<Scalar>& pair);
 
@@ -22,19 +23,19 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
 
-// Distance of a contact point from the surface, m, and its rate, m/s. `velocity` of its ball in the frame of
-// a finite surface, zero on others.
+// Distance of a contact point from the surface, m, and its rate, m/s. `velocity`: of its ball, in the frame
+// of a finite surface; zero for other surfaces.
 struct ContactDistance {
   double value, rate;
   Vec3<double> velocity;
 };
 
-// Of the contact points of a pair.
+// Sets one distance per contact point of a pair.
 void contact_distances(const ContactPair<double>& pair, const Workspace<double>& ws,
                        ContactDistance* distances);
 
-// Sum over the points of one contact: force and moment on link a, about the origin of its frame, in ground
-// axes. Depth (negative: distance), place and slip velocity of the deepest point.
+// Sum over the points of one contact: force and moment on link a about the origin of its frame, in ground
+// axes. Depth (negative: distance), position and slip velocity of the deepest point.
 template <class Scalar>
 struct ContactResult {
   Vec3<Scalar> force = Vec3<Scalar>::Zero(), moment = Vec3<Scalar>::Zero();

@@ -13,13 +13,13 @@ namespace redysim {
 template <class Scalar>
 struct Surface {
   ShapeKind kind = ShapeKind::plane;
-  Mat3<Scalar> rotation;  // of its frame in the body
+  Mat3<Scalar> rotation;  // of the surface's frame in the body
   Vec3<Scalar> position;
   Vec3<Scalar> half_size;
   Scalar radius = 0, half_length = 0;
   const BicubicSpline* heights = nullptr;
-  Vec3<Scalar> bound;  // of a finite one: half the edges of a box in its axes that contains it
-  Scalar level = 0;    // of another: nothing of it is higher along the normal from the body's origin
+  Vec3<Scalar> bound;  // finite surface: half the edges of a bounding box in its axes
+  Scalar level = 0;    // other surfaces: maximum height along the normal from the body's origin
 
   bool is_finite() const { return kind != ShapeKind::plane && kind != ShapeKind::heightmap; }
 };
@@ -28,16 +28,16 @@ template <class Scalar>
 struct ContactPair {
   int contact = 0;  // index into Model::contacts
   int ball_body = -1, surface_body = -1;
-  int ball_entry = -1, surface_entry = -1;  // of Workspace::ground
-  bool balls_on_b = false;                  // of the contact's links
-  std::vector<Vec3<Scalar>> balls;          // centers, in the body
+  int ball_entry = -1, surface_entry = -1;  // indices into Workspace::ground
+  bool balls_on_b = false;                  // link b of the contact carries the balls
+  std::vector<Vec3<Scalar>> balls;          // centers, in the body frame
   Scalar radius = 0;
-  double half_way = 0.5;  // where between the two surfaces forces act; 0: at the center of a ball
-  // of a disk: the ball is the nearest part of its rim, at `ring` from the center
+  double half_way = 0.5;  // position of the forces between both surfaces; 0: at the center of a ball
+  // disk: the ball is the nearest part of the rim, whose center line has radius `ring`
   bool is_disk = false;
   Vec3<Scalar> axis;
   Scalar ring = 0;
-  // a sphere that contains all of this; the distance of its center from the body's origin
+  // bounding sphere of all balls: center, radius, and distance of the center from the body's origin
   Vec3<Scalar> middle;
   Scalar extent = 0, middle_arm = 0;
   Surface<Scalar> surface;
@@ -52,7 +52,7 @@ struct ContactLaw {
   Scalar v_max = 0, Ch = 0;
 };
 
-// Penetration from which ReDySim's law acts, m.
+// Minimum penetration of ReDySim's law, m.
 inline constexpr double redysim_least_depth = 1e-5;
 
 ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body, const Shape& surface,
@@ -76,7 +76,7 @@ ContactLaw<Scalar> contact_law(bool redysim, const ContactParameters<Scalar>& gi
   return law;
 }
 
-// The same with constants of another type.
+// Conversion to another scalar type.
 template <class To>
 ContactLaw<To> with_constants_of(const ContactLaw<double>& from) {
   return {from.redysim,      from.stiffness, from.damping, from.width,    from.friction, from.excess,

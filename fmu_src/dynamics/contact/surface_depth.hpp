@@ -8,8 +8,8 @@
 
 namespace redysim {
 
-// `depth` (negative: distance), outward `normal` of unit length and the gradient of the depth. The gradient
-// is -normal where the depth is a distance, which it is not on height maps: (z - p_z) n_z.
+// Depth, m (negative: distance), outward unit normal and gradient of the depth. The gradient is -normal,
+// except on height maps, where the depth (z - p_z) n_z is not a distance.
 template <class Scalar>
 struct SurfaceDepth {
   Scalar depth;
@@ -39,7 +39,7 @@ SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<S
   return out;
 }
 
-// Outside a box the nearest point of it, inside the nearest face.
+// Outside a box, relative to its nearest point; inside, to its nearest face.
 template <class Scalar>
 SurfaceDepth<Scalar> depth_in_box(const Vec3<Scalar>& half_size, const Vec3<Scalar>& p) {
   Vec3<Scalar> outside = Vec3<Scalar>::Zero(), normal = Vec3<Scalar>::Zero();

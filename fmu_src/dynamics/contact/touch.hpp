@@ -7,13 +7,13 @@
 
 namespace redysim {
 
-// Motion of the balls' body relative to the surface's, in the axes of the surface.
+// Motion of the balls' body relative to the surface's body, in surface axes.
 template <class Scalar>
 struct RelativeMotion {
-  Mat3<Scalar> axes;    // of the surface in ground axes
-  Vec3<Scalar> origin;  // of the surface's frame in the ground frame
+  Mat3<Scalar> axes;    // orientation of the surface in ground axes
+  Vec3<Scalar> origin;  // origin of the surface's frame in the ground frame
   Mat3<Scalar> rotation;
-  Vec3<Scalar> position, velocity, omega;  // of the body's origin, m and m/s, and rad/s
+  Vec3<Scalar> position, velocity, omega;  // of the body's origin, m, m/s and rad/s
 
   Vec3<Scalar> point(const Vec3<Scalar>& in_body) const { return position + rotation * in_body; }
   Vec3<Scalar> velocity_at(const Vec3<Scalar>& place) const {
@@ -21,7 +21,7 @@ struct RelativeMotion {
   }
 };
 
-// Once in the code, for size; without calls, which are copies optimised for size.
+// Not inlined, for size, but with all its calls inlined: the functions themselves are optimised for size.
 template <class Scalar>
 [[gnu::noinline, gnu::flatten]] RelativeMotion<Scalar> relative_motion(const Surface<Scalar>& surface,
                                                                        const GroundState<Scalar>& balls,
@@ -38,17 +38,17 @@ template <class Scalar>
   return m;
 }
 
-// One contact point in the frame of the surface. `position` is half way between both surfaces (of ReDySim's
-// law the point itself), `slip` and `spin` are the relative motion of the bodies there; `rate` = -normal .
-// velocity. `growth` is the time derivative of the depth, from which `rate` differs on curved ground.
-// `velocity` is that of the ball's center.
+// One contact point in the frame of the surface. `position`: half way between both surfaces (ReDySim's law:
+// the point itself). `slip`, `spin`: relative motion of the bodies there. `rate` = -normal . velocity.
+// `growth`: time derivative of the depth, which differs from `rate` on curved ground. `velocity`: of the
+// ball's center.
 template <class Scalar>
 struct Touch {
   Scalar depth, rate, growth;
   Vec3<Scalar> normal, position, slip, spin, velocity;
 };
 
-// Rate of the unit normal of a surface below p, which moves with `velocity`.
+// Time derivative of the unit normal of a surface below p, which moves with `velocity`.
 template <class Scalar>
 Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Vec3<Scalar>& normal,
                          const Vec3<Scalar>& velocity) {
@@ -59,8 +59,8 @@ Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, 
   return normal.z() * Vec3<Scalar>(steepening - normal * normal.dot(steepening));
 }
 
-// The center of a disk and its rate become those of the rim's cross section that is lowest along the normal
-// under the center.
+// Replaces the center of a disk and its rate by those of the cross section of the rim that is lowest along
+// the normal below the center.
 template <class Scalar>
 [[gnu::cold]] void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion,
                                Vec3<Scalar>& center, Vec3<Scalar>& rate) {
@@ -77,7 +77,7 @@ template <class Scalar>
   rate -= (pair.ring / size) * Vec3<Scalar>(up_rate - direction * direction.dot(up_rate));
 }
 
-// Called for a few points: once in the code, for size.
+// Not inlined, for size: called for a few points only.
 template <class Scalar>
 [[gnu::noinline]] Touch<Scalar> touch_of(const ContactPair<Scalar>& pair,
                                          const RelativeMotion<Scalar>& motion, const Vec3<Scalar>& ball) {
@@ -97,7 +97,7 @@ template <class Scalar>
   return touch;
 }
 
-// Calls visit(touch, motion) for the balls of a pair.
+// Calls visit(touch, motion) for each ball of a pair.
 template <class Scalar, class Visit>
 void visit_touches(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws, Visit visit) {
   const RelativeMotion<Scalar> motion =

@@ -17,8 +17,8 @@ namespace redysim {
 
 namespace {
 
-// The path of one loop or rigid coupling by joint indices.
-struct LoopPath : LoopSides {  // up to the meeting body; of a coupling descending
+// The path of one loop or rigid coupling as joint indices.
+struct LoopPath : LoopSides {  // up to the meeting body; descending for a coupling
   int loop = -1;               // index into Model::loops; -1: a coupling
   int coupling = -1;           // index into CouplingSystem::rows; -1: a loop
   int body_a = ground, body_b = ground;
@@ -42,7 +42,7 @@ class ClusterBuilder {
   struct Group {
     int root = ground;
     std::vector<int> joints;  // descending
-    std::vector<int> paths;   // of its loops, ordered for a narrow envelope of S
+    std::vector<int> paths;   // its loops and couplings, ordered for a narrow envelope of S
   };
   const std::vector<Group>& groups() const { return groups_; }
   const CoupledJoints& coupling_row(const LoopPath& path) const { return couplings_.rows[path.coupling]; }
@@ -63,7 +63,7 @@ class ClusterBuilder {
     path.loop = static_cast<int>(k);
     path.body_a = loop.link_a == ground ? ground : carrier[loop.link_a];
     path.body_b = loop.link_b == ground ? ground : carrier[loop.link_b];
-    // parents have smaller indices: move the larger of both to its parent until they are equal
+    // parents have smaller indices: replace the larger one by its parent until both are equal
     int a = path.body_a, b = path.body_b;
     while (a != b) {
       int& outboard = a > b ? a : b;
@@ -79,11 +79,11 @@ class ClusterBuilder {
     return path;
   }
 
-  // From the coupled joints to the deepest body inboard of all of them.
+  // Path from the coupled joints to the deepest body inboard of all of them.
   LoopPath coupling_path(const CoupledJoints& row) const {
     LoopPath path;
     path.joints_a = row.joints;
-    std::set<int, std::greater<int>> outer;  // bodies that are not yet at the meeting body
+    std::set<int, std::greater<int>> outer;  // bodies that are not yet the meeting body
     for (int joint : row.joints) outer.insert(parents_[joint]);
     while (outer.size() > 1) {
       const int body = *outer.begin();
@@ -144,7 +144,7 @@ class ClusterBuilder {
     sort_joints(group.joints);
   }
 
-  // Breadth-first from a loop of lowest degree (Cuthill and McKee 1969): a narrow envelope of S.
+  // Breadth-first order from a loop of minimum degree (Cuthill and McKee 1969), for a narrow envelope of S.
   void order_by_neighbourhood(Group& group) const {
     const std::size_t n = group.paths.size();
     std::vector<std::vector<std::size_t>> neighbours(n);
@@ -184,7 +184,7 @@ class ClusterBuilder {
   std::vector<Group> groups_;
 };
 
-// Rows of a loop with points and axes transformed from link frames to the body frames of their carriers.
+// Rows of a loop; transforms points and axes from link frames to the body frames of their carriers.
 LoopPlan<double> loop_plan(const Model& model, const Plan<double>& plan, const LoopPath& path,
                            const LoopRows& rows) {
   const Loop& loop = model.loops[path.loop];
@@ -211,8 +211,8 @@ LoopPlan<double> loop_plan(const Model& model, const Plan<double>& plan, const L
   return out;
 }
 
-// The loops and couplings of the cluster are plan.loops from cluster.first_loop on and plan.couplings from
-// cluster.first_coupling on, in the order of `paths`.
+// Adds the crossings of a cluster. Its loops and couplings, in the order of `paths`, are plan.loops from
+// cluster.first_loop on and plan.couplings from cluster.first_coupling on.
 void add_crossings(const Plan<double>& plan, const ClusterBuilder& builder, const std::vector<int>& paths,
                    ClusterPlan& cluster) {
   auto contains = [](const std::vector<int>& list, int joint) {
@@ -243,7 +243,7 @@ void add_crossings(const Plan<double>& plan, const ClusterBuilder& builder, cons
   set_inboard_wrenches(cluster, plan, wrenches);
 }
 
-// Rows are coupled within a loop and with each loop that crosses a common joint.
+// Rows are coupled within a loop and between loops that cross a common joint.
 void set_envelope(ClusterPlan& cluster) {
   cluster.first_coupled.resize(static_cast<std::size_t>(cluster.row_count));
   std::iota(cluster.first_coupled.begin(), cluster.first_coupled.end(), 0);
@@ -259,7 +259,7 @@ void set_envelope(ClusterPlan& cluster) {
   }
 }
 
-// Per joint the step that eliminates it: its cluster, or itself outside all clusters.
+// Per joint, the step that eliminates it: its cluster, or the joint itself outside all clusters.
 std::vector<EliminationStep> steps_of_joints(const Plan<double>& plan) {
   std::vector<EliminationStep> step_of;
   for (std::size_t i = 0; i < plan.joints.size(); ++i)
@@ -277,12 +277,12 @@ int root_of(const Plan<double>& plan, const EliminationStep& step) {
   return plan.joints[step.index].parent;
 }
 
-// Order of the steps from the leaves to the root, over the tree in which each step is one node.
+// Order of the steps from the leaves to the root, in the tree whose nodes are the steps.
 std::vector<EliminationStep> elimination_order(const Plan<double>& plan,
                                                const std::vector<EliminationStep>& step_of) {
   using Kind = EliminationStep::Kind;
   const int n = static_cast<int>(plan.joints.size());
-  // depth of a step: that of its root plus 1; parents have smaller indices
+  // depth of a step: depth of its root plus 1; parents have smaller indices
   std::vector<int> depth(plan.joints.size());
   for (int i = 0; i < n; ++i) {
     const int root = root_of(plan, step_of[i]);
@@ -302,8 +302,8 @@ std::vector<EliminationStep> elimination_order(const Plan<double>& plan,
   return order;
 }
 
-// Adds one cluster with its loops and couplings to the plan. `coupling_rows` receives the global row of each
-// of CouplingSystem::rows.
+// Adds one cluster with its loops and couplings to the plan. Sets `coupling_rows` to the global row index of
+// each entry of CouplingSystem::rows.
 void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const ClusterBuilder& builder,
                  const ClusterBuilder::Group& group, std::vector<int>& coupling_rows, Plan<double>& plan) {
   ClusterPlan cluster;
@@ -336,7 +336,7 @@ void add_cluster(const Model& model, const std::vector<LoopRows>& rows, const Cl
   plan.clusters.push_back(cluster);
 }
 
-// Fronts where the recursion has any, and the orders of elimination with and without them.
+// Builds fronts if the recursion uses them, and the elimination orders with and without fronts.
 void set_elimination(Plan<double>& plan) {
   std::vector<EliminationStep> step_of = steps_of_joints(plan);
   plan.elimination = elimination_order(plan, step_of);

@@ -16,9 +16,9 @@ template <class Scalar>
 struct ConstraintRow {
   enum class Kind { position_on_a, position_on_root, rotation };
   Kind kind = Kind::position_on_a;
-  int index = 0;   // among the multipliers of its loop
-  Vec3<Scalar> u;  // position: direction, in body a's frame or (on_root) in ground axes; rotation: in a
-  Vec3<Scalar> v;  // rotation: direction in body b's frame
+  int index = 0;   // index among the multipliers of its loop
+  Vec3<Scalar> u;  // direction: position row in a's or ground axes, rotation row in a
+  Vec3<Scalar> v;  // rotation row: direction in body b's frame
 
   template <class Other>
   ConstraintRow<Other> cast() const {
@@ -31,9 +31,9 @@ template <class Scalar>
 struct LoopPlan {
   int loop = 0;  // index into Model::loops
   int body_a = ground, body_b = ground;
-  int root = ground;  // where its two sides meet; the ground for rows with ground directions
-  int entry_a = ground, entry_b = ground, entry_root = ground;  // of Workspace::ground
-  Vec3<Scalar> point_a, point_b;                                // body frames
+  int root = ground;  // body at which its two sides meet; the ground for rows with ground directions
+  int entry_a = ground, entry_b = ground, entry_root = ground;  // indices into Workspace::ground
+  Vec3<Scalar> point_a, point_b;                                // in body frames
   int first_row = 0;                                            // global index
   std::vector<ConstraintRow<Scalar>> rows;
 
@@ -61,68 +61,68 @@ struct CoupledJoints {
   double offset = 0;
 };
 
-// A row y = 0 of rigid couplings (dynamics/loops/coupling_chains.hpp).
+// A row y = 0 of the rigid couplings (dynamics/loops/coupling_chains.hpp).
 struct CouplingPlan : CoupledJoints {
   int root = ground;  // the deepest body inboard of all its joints
   int row = 0;        // global index
 };
 
-// Contribution of a row's multiplier to that of a coupling.
+// Contribution of a row's multiplier to the multiplier of a coupling.
 struct MultiplierPart {
   int row = 0;  // global index
   double factor = 1;
 };
 
-// The transmission of one row's wrench over one joint, on the way to the cluster's root: from a side of its
-// loop, or from all coupled joints outboard. The row of a coupling has no wrench at first, but its ratio as
-// a lever of its own on each coupled joint.
+// The transmission of one row's wrench over one joint towards the cluster's root: from one side of its loop,
+// or from all coupled joints outboard. The row of a coupling starts without a wrench; on each coupled joint
+// its ratio is added to the lever.
 struct RowCrossing {
   int row = 0;         // global index
-  int loop = 0;        // global index; -1: of a coupling
+  int loop = 0;        // global index; -1: a coupling
   int side = 0;        // 0: a, 1: b
-  bool first = false;  // of the crossings of its loop at this joint, which follow each other
-  bool merge = false;  // the two sides have met at or before this joint's body; their sum is side 0
+  bool first = false;  // first crossing of its loop at this joint; these are consecutive
+  bool merge = false;  // the two sides have met at or before this joint's body; their sum is stored as side 0
   bool root = false;   // this joint's body is the root of the loop
-  // of a coupling:
-  double ratio = 0;  // of this joint
-  int wrench = 0;    // of the row on this joint's body, index into LoopState::coupling_wrench
-  int inboard = -1;  // the same on the parent, to which it is added; -1: the root
+  // for couplings:
+  double ratio = 0;  // ratio of this joint
+  int wrench = 0;    // wrench of the row on this joint's body: index into LoopState::coupling_wrench
+  int inboard = -1;  // wrench on the parent, to which it is added: the same; -1: the root
 
   bool of_coupling() const { return loop < 0; }
 };
 
 // Loops, couplings and rows of a cluster have consecutive global indices.
 struct ClusterPlan {
-  int root = ground;        // the body at which all its paths end
-  int root_entry = ground;  // with loops: of Workspace::ground, the root seen from its own origin
+  int root = ground;        // the body at which all paths end
+  int root_entry = ground;  // with loops: index into Workspace::ground of the root relative to its own origin
   int first_loop = 0, loop_count = 0;
   int first_coupling = 0, coupling_count = 0;
   int first_row = 0, row_count = 0;
-  bool split = false;      // into fronts, which are used while all rows are independent
+  bool split = false;      // split into fronts, which are used while all rows are independent
   int first_crossing = 0;  // index among the crossings of all clusters
   int end_crossing() const { return first_crossing + static_cast<int>(crossings.size()); }
-  std::vector<int> joints;          // of the cluster, descending
-  std::vector<int> first_coupled;   // envelope of S: per local row the first local row that it is coupled to
+  std::vector<int> joints;          // descending
+  std::vector<int> first_coupled;   // envelope of S: per local row, its first coupled local row
   std::vector<int> crossing_begin;  // per joint (+1): its first crossing
   std::vector<RowCrossing> crossings;
 };
 
 // The loops of a cluster that meet at one body, eliminated there by a dense frontal matrix (Duff and Reid
-// 1983). Rows of loops that meet closer to the root are still open: they take part as right-hand sides. The
-// matrix has one line for each eliminated and then each open row, and one column for each eliminated row.
+// 1983). Rows of loops that meet closer to the root are still open: they act as right-hand sides. The matrix
+// has one line for each eliminated and then for each open row, and one column for each eliminated row.
 struct FrontPlan {
   int root = ground;
-  std::vector<int> rows;               // eliminated here, global indices
-  std::vector<int> open;               // open rows that are coupled to them, global indices
-  std::vector<int> open_side;          // per open row: the side of its loop at the root; -1: of a coupling
-  std::vector<int> open_wrench;        // per open row of a coupling: its wrench on the root's body
+  std::vector<int> rows;               // rows eliminated here, global indices
+  std::vector<int> open;               // open rows coupled to these, global indices
+  std::vector<int> open_side;          // per open row: side of its loop at the root; -1: a coupling
+  std::vector<int> open_wrench;        // per open row of a coupling: its wrench on the root body
   std::vector<int> open_entries;       // matrix entry of each pair (n, m <= n) of open rows, all fronts
-  std::vector<int> joints;             // below the root and not eliminated by a deeper front, descending
+  std::vector<int> joints;             // joints beyond the root that no deeper front eliminates, descending
   std::vector<int> crossing_begin;     // per joint (+1): its first crossing
   std::vector<RowCrossing> crossings;  // of all open loops of the cluster
   std::vector<int> entries;            // matrix entry of each pair (n, m <= n) of crossings of one joint
   int first_crossing = 0;              // index among the crossings of all fronts
-  int first_entry = 0;                 // of the matrix, among the entries of all fronts
+  int first_entry = 0;                 // index of the matrix among the entries of all fronts
 };
 
 // One step of the leaves-to-root pass: a joint outside all loops, a whole cluster, or one of its fronts.

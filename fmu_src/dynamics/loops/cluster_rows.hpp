@@ -11,12 +11,12 @@
 
 namespace redysim {
 
-// Joints of a cluster that move: in the assembly, those that are not prescribed, or all.
+// Joints that count as free: those that the assembly may move, those that are not prescribed, or all.
 enum class FreeJoints { assembled, integrated, all };
 
-// The rows of one cluster at one configuration: residuals phi, their Jacobian J with respect to the free
-// joints, and rates. Lengths are measured in units of the size of the mechanism. Uses the pose of the
-// cluster's root in the workspace.
+// The rows of one cluster in one configuration: residuals phi, their Jacobian J with respect to the free
+// joints, and rates. The unit of length is the size of the mechanism. Uses the pose of the cluster's root in
+// the workspace.
 template <class Scalar>
 class ClusterRows {
  public:
@@ -55,7 +55,7 @@ class ClusterRows {
   const Rows& rates() const { return rate_; }
   const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& jacobian() const { return J_; }
 
-  // Values of the columns of some free joints.
+  // Values of the columns of these free joints.
   Eigen::MatrixXd jacobian(const std::vector<int>& joints) const {
     Eigen::MatrixXd columns(J_.rows(), static_cast<Eigen::Index>(joints.size()));
     for (std::size_t k = 0; k < joints.size(); ++k)
@@ -71,8 +71,8 @@ class ClusterRows {
   }
 
   // Sets the unit of length: the root mean square distance of the cluster's points from its root (on the
-  // ground: from its first joint), which unlike the largest distance is a smooth function of q. If all points
-  // coincide, it is the size of the bodies, without a derivative (NaN).
+  // ground: from its first joint). Unlike the maximum distance, it is a smooth function of q. If all points
+  // coincide, it is the size of the bodies, without a derivative (the result is NaN).
   Scalar measure() {
     using std::sqrt;
     if (!has_loops()) return measure_couplings();
@@ -113,8 +113,8 @@ class ClusterRows {
     set_rows();
   }
 
-  // Residuals, rates and Jacobian at the poses and velocities of the bodies: J_rj = S_j . w, w the wrench of
-  // the row transmitted along both paths.
+  // Sets residuals, rates and Jacobian at the poses and velocities of the bodies: J_rj = S_j . w, with w the
+  // wrench of the row transmitted along both paths.
   void set_rows() {
     J_.setZero();
     for (int k = 0; k < cluster_.loop_count; ++k) {
@@ -141,7 +141,7 @@ class ClusterRows {
     set_joint_position(plan_.joints[joint], q, ws_.joints[joint]);
   }
 
-  // Without loops there are no points: the unit of length is the largest scale of a prismatic joint.
+  // Without loops there are no points: the unit of length is the maximum scale of the prismatic joints.
   Scalar measure_couplings() {
     size_ = 0;
     for (int k = 0; k < cluster_.coupling_count; ++k)
@@ -154,7 +154,7 @@ class ClusterRows {
     return Scalar(size_);
   }
 
-  // Divided by the largest lever in units of the joints.
+  // Unit of a coupling row: its maximum lever in units of the joints.
   double row_unit(const CouplingPlan& row) const {
     double largest = 0;
     for (std::size_t k = 0; k < row.joints.size(); ++k)
@@ -182,13 +182,13 @@ class ClusterRows {
 
   int local_row(const CouplingPlan& at) const { return at.row - cluster_.first_row; }
 
-  // The state of a joint's parent; positions are relative to the cluster's root.
+  // State of a joint's parent; positions are relative to the cluster's root.
   const GroundState<Scalar>& parent_of(int joint) const {
     const int parent = plan_.joints[joint].parent;
     return ground_state(ws_, parent == cluster_.root ? cluster_.root_entry : parent);
   }
 
-  // On the ground: the place of the first joint.
+  // Origin for `measure`; on the ground: the position of the first joint.
   Vec3<Scalar> origin_of_root() const {
     if (cluster_.root != ground) return Vec3<Scalar>::Zero();
     const int first = joints_.front();
@@ -196,7 +196,7 @@ class ClusterRows {
     return body.position - body.rotation.col(2) * (ws_.joints[first].offset - plan_.joints[first].d);
   }
 
-  // The largest radius of gyration of a body about its origin, m.
+  // Maximum radius of gyration of the bodies about their origins, m.
   double body_extent() const {
     double extent = 0;
     for (int i : joints_) {
@@ -223,11 +223,11 @@ class ClusterRows {
   const Plan<Scalar>& plan_;
   Workspace<Scalar>& ws_;
   const ClusterPlan& cluster_;
-  std::vector<int> joints_, free_;  // of the plan, parents first
-  std::vector<int> column_;         // per joint of the plan: its column of J, or -1
+  std::vector<int> joints_, free_;  // indices into the plan, parents first
+  std::vector<int> column_;         // per joint of the plan: column of J, or -1
   double size_ = 0;                 // m
-  double row_size_ = 0;             // a power of two near size_: division without rounding
-  double rounding_ = 0;             // of J_, whose entries are at most about 1
+  double row_size_ = 0;             // a power of two near size_: division causes no rounding
+  double rounding_ = 0;             // rounding error of J_, whose entries are at most about 1
   std::vector<Scalar> q_, qd_;      // per joint of the plan
   Rows phi_, rate_;
   Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> J_;

@@ -7,7 +7,7 @@ namespace redysim {
 
 namespace {
 
-constexpr std::size_t few = 4;  // couplings that are cheap as they are
+constexpr std::size_t few = 4;  // maximum number of couplings that are not replaced
 
 // A coupling of two joints: r_a q_a + r_b q_b = offset.
 struct Edge {
@@ -18,7 +18,7 @@ struct Edge {
   double ratio(int joint) const { return joint == a ? ratio_a : ratio_b; }
 };
 
-// Depth-first numbers of the joints: neighbours in the tree are close.
+// Depth-first numbers of the joints: neighbours in the tree have close numbers.
 std::vector<int> depth_first_numbers(const std::vector<int>& parents) {
   const std::size_t n = parents.size();
   std::vector<int> sizes(n, 1), numbers(n, 0), next(n + 1, 0);  // next free number below joint i; [n]: ground
@@ -33,7 +33,7 @@ std::vector<int> depth_first_numbers(const std::vector<int>& parents) {
   return numbers;
 }
 
-// Joints that edges connect without a cycle: q_j = slope_j x + shift_j with one unknown x.
+// Joints connected by edges without a cycle: q_j = slope_j x + shift_j with one unknown x.
 class Chain {
  public:
   // `edges`: of one connected component.
@@ -55,7 +55,7 @@ class Chain {
       system.rows.push_back({edges_[k].coupling, {d, c}, {1, -ratio}, shift_[d] - ratio * shift_[c]});
     }
     for (const Edge& edge : edges_) {
-      // virtual work of the part of the joints beyond the edge, which moves along x
+      // virtual work of the joints beyond the edge, which move along x
       const std::vector<char> beyond = part_beyond(edge);
       const double lever = edge.ratio_b * slope_[edge.b];
       for (std::size_t k = 0; k + 1 < joints_.size(); ++k)
@@ -84,7 +84,7 @@ class Chain {
     }
   }
 
-  // Per joint of joints_ whether it is connected to edge.b without the edge.
+  // Per joint of joints_: whether it is connected to edge.b without using the edge.
   std::vector<char> part_beyond(const Edge& without) {
     std::map<int, char> reached{{without.b, 1}};
     std::vector<int> open{without.b};
@@ -104,10 +104,10 @@ class Chain {
   std::vector<Edge> edges_;
   std::map<int, std::vector<std::size_t>> at_;  // per joint: its edges
   std::map<int, double> slope_, shift_;
-  std::vector<int> joints_;  // neighbours follow each other
+  std::vector<int> joints_;  // in depth-first order
 };
 
-// Edges that share joints, directly or through others.
+// Groups of edges that share joints, directly or through others.
 std::vector<std::vector<Edge>> components(const std::vector<Edge>& edges) {
   std::vector<std::vector<Edge>> groups;
   std::map<int, std::size_t> group_of;  // per joint

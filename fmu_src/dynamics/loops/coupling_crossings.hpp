@@ -30,7 +30,7 @@ void for_each_coupling_crossing(Part& part, Visit visit) {
       if (part.crossings[n].of_coupling()) visit(part.crossings[n], part.joints[k], part.first_crossing + n);
 }
 
-// A wrench for each crossing of a coupling, from index `first` on.
+// Assigns a wrench to each crossing of a coupling, starting at index `first`.
 template <class Part>
 void add_wrenches(Part& part, int first, CouplingWrenches& wrenches) {
   for_each_coupling_crossing(part, [&](RowCrossing& crossing, int joint, int index) {

@@ -11,7 +11,8 @@
 
 namespace redysim {
 
-// Wrenches and b of the rows at the start of an elimination. The accelerations of prescribed joints are in b.
+// Sets wrenches and b of the rows at the start of an elimination. b contains the accelerations of prescribed
+// joints.
 template <class Scalar>
 [[gnu::noinline]] void set_coupling_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
                                          const Scalar* inputs) {
@@ -27,7 +28,7 @@ template <class Scalar>
   }
 }
 
-// Residuals of the rows at q, and the magnitudes of their terms.
+// Sets the residuals of the rows at q, and the magnitudes of their terms.
 template <class Scalar>
 [[gnu::noinline]] void set_coupling_residuals(const Plan<Scalar>& plan, LoopState<Scalar>& state,
                                               const Scalar* q) {
@@ -43,8 +44,8 @@ template <class Scalar>
   }
 }
 
-// The same for their rates at qd. Their terms count with the speed of the whole cluster, because the
-// coupled joints may be at rest.
+// Sets the rates of the rows at qd, and the magnitudes of their terms at the maximum speed of the cluster,
+// since the coupled joints may be at rest.
 template <class Scalar>
 [[gnu::noinline]] void set_coupling_rates(const Plan<Scalar>& plan, LoopState<Scalar>& state,
                                           const Scalar* qd) {
@@ -64,8 +65,8 @@ template <class Scalar>
   }
 }
 
-// Residuals and rates of all loops and rigid couplings, after a correction of q or qd; does not change the
-// elimination in the workspace. Uses ws.ground.
+// Sets residuals and rates of all loops and rigid couplings, after a correction of q or qd. Does not change
+// the elimination in the workspace. Uses ws.ground.
 template <class Scalar>
 void set_constraint_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
                               const Scalar* qd) {

@@ -9,7 +9,7 @@ namespace redysim {
 
 namespace {
 
-// One loop or coupling of a cluster by joint and row indices.
+// One loop or coupling of a cluster as joint and row indices.
 struct FrontLoop : LoopSides {             // up to the root
   int loop = -1;                           // index into Plan::loops; -1: a coupling
   const CouplingPlan* coupling = nullptr;  // null: a loop
@@ -63,7 +63,7 @@ class FrontBuilder {
 
   std::vector<FrontPlan>& fronts() { return fronts_; }
 
-  // Assigns the indices of crossings and matrix entries from the given ones on, and advances these.
+  // Assigns the indices of crossings and matrix entries, starting at the given ones, and advances these.
   void set_indices(int& next_crossing, int& next_entry) {
     for (FrontPlan& front : fronts_) {
       front.first_crossing = next_crossing;
@@ -72,7 +72,7 @@ class FrontBuilder {
       next_entry += static_cast<int>((front.rows.size() + front.open.size()) * front.rows.size());
     }
     CouplingWrenches wrenches;
-    // one evaluation uses the fronts of some clusters and the crossings of others
+    // one evaluation may use the fronts of some clusters and the crossings of others: both need own wrenches
     const int behind_clusters = plan_.clusters.back().end_crossing();
     for (FrontPlan& front : fronts_) add_wrenches(front, behind_clusters, wrenches);
     for (FrontPlan& front : fronts_) {
@@ -105,7 +105,7 @@ class FrontBuilder {
     return sum;
   }
 
-  // The same for the cluster as a whole.
+  // The same for the elimination of the whole cluster.
   static double work(const ClusterPlan& cluster) {
     double sum = 0;
     for (std::size_t k = 0; k + 1 < cluster.crossing_begin.size(); ++k)
@@ -122,8 +122,8 @@ class FrontBuilder {
  private:
   static double crossing_work(int rows) { return rows * (60.0 + 0.5 * rows); }
 
-  // One front per body at which loops meet. Coupled fronts lie on one path to the ground, on which a deeper
-  // body has the larger index.
+  // One front per body at which loops meet. The roots of coupled fronts lie on one path to the ground, so
+  // deeper ones have larger indices.
   void make_fronts() {
     std::vector<int> roots;
     for (const FrontLoop& loop : loops_) roots.push_back(loop.root);
@@ -147,7 +147,7 @@ class FrontBuilder {
     return static_cast<int>(std::find_if(fronts_.begin(), fronts_.end(), here) - fronts_.begin());
   }
 
-  // Assigns each joint to the deepest front with a loop that crosses it or an inboard joint, with the
+  // Assigns each joint to the deepest front with a loop that crosses this joint or an inboard one, with the
   // crossings of all loops that are still open there.
   void assign_joints(const std::vector<int>& parents) {
     std::vector<int> deepest(parents.size(), ground);  // root of the front
@@ -174,8 +174,8 @@ class FrontBuilder {
           {loop.first_row + row, loop.loop, loop.on_a(joint) ? 0 : 1, row == 0, shared, false});
   }
 
-  // Rows are coupled if they cross a common joint. The elimination of other rows adds no coupling between two
-  // open rows, because both cross the joint of the root.
+  // Rows are coupled if they cross a common joint. Eliminating other rows adds no coupling between two open
+  // rows, because both already cross the root's joint.
   void find_open_rows() {
     for (FrontPlan& front : fronts_) {
       for (const FrontLoop& loop : loops_) {
@@ -192,8 +192,8 @@ class FrontBuilder {
     }
   }
 
-  // The side of an open loop whose wrenches have arrived at the front's root. Where both sides of a loop
-  // cross the joint of the root, the other one may end outside the front and is then transmitted later.
+  // The side of an open loop whose wrenches have arrived at the front's root. If both sides cross the root's
+  // joint, the other side may end outside the front; it is then transmitted later.
   static int side_at_root(const FrontPlan& front, const FrontLoop& loop) {
     const auto of_loop = [&loop](const RowCrossing& crossing) { return crossing.row == loop.first_row; };
     return std::find_if(front.crossings.rbegin(), front.crossings.rend(), of_loop)->side;
@@ -201,8 +201,8 @@ class FrontBuilder {
 
   const FrontPlan& front_of(int row) const { return fronts_[front_of_row_[row - first_row_]]; }
 
-  // Index of S_rs for each pair of rows (n, m <= n), in the matrix of the front that eliminates one of them
-  // first.
+  // Index of S_rs for each pair of rows (n, m <= n), in the matrix of the front that eliminates one of the
+  // two first.
   void add_entries(const std::vector<int>& rows, std::vector<int>& entries) const {
     for (std::size_t n = 0; n < rows.size(); ++n)
       for (std::size_t m = 0; m <= n; ++m) {

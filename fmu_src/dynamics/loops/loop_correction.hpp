@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Leaves to root, at rest: transmits the bias wrench over one joint with the joint force `force`.
+// Leaves to root, at rest: transmits the bias wrench over joint i with the joint force `force`.
 template <class Scalar>
 void propagate_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, const Scalar& force) {
   const JointPlan<Scalar>& joint = plan.joints[i];
@@ -17,14 +17,14 @@ void propagate_force(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i, con
   add(ws.joints[joint.parent].p, p);
 }
 
-// b <- b - u_r u / D for the rows that cross a joint, (5) at rest.
+// b <- b - u_r u / D for the rows that cross a joint: (5) at rest.
 template <class Scalar>
 void update_rows(const RowCrossing* begin, const RowCrossing* end, const Scalar* u,
                  const JointState<Scalar>& s, std::vector<Scalar>& b) {
   for (; begin != end; ++begin, ++u) b[begin->row] -= *u * s.u * s.D_inverse;
 }
 
-// The joints of a cluster, then b of its rows into the bias wrench of the root.
+// Propagates over the joints of a cluster, then applies b of its rows to the bias wrench of the root.
 template <class Scalar, class Propagate>
 void propagate_cluster(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c, Propagate propagate) {
   const ClusterPlan& cluster = plan.clusters[c];
@@ -59,8 +59,8 @@ void propagate_front(Workspace<Scalar>& ws, const FrontPlan& front, Propagate pr
   if (front.root != ground) add_root_bias(front, state, ws.joints[front.root].p);
 }
 
-// Accelerations at rest and without gravity due to joint forces (nv; null: zero) and to prescribed
-// accelerations b of the loop rows, J qdd = b, read from ws.loop.b. Uses the elimination of the last
+// Accelerations (nv), at rest and without gravity, for joint forces (nv; null: zero) and for prescribed
+// accelerations b of the loop rows, J qdd = b, in ws.loop.b. Uses the elimination of the last
 // forward_dynamics in the workspace (same or nearby q); overwrites p, u, acceleration, lambda and b.
 template <class Scalar>
 void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forces, Scalar* qdd) {
@@ -83,8 +83,8 @@ void respond(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* forc
   accelerate_with_loops(plan, ws, qdd, /*at_rest=*/true);
 }
 
-// delta = -M^-1 J^T (J M^-1 J^T)^+ r: the change of q or qd of minimum norm in the mass metric that cancels
-// the residuals r to first order. Reads b = -r from ws.loop.b; otherwise as `respond`.
+// delta = -M^-1 J^T (J M^-1 J^T)^+ r: the change of q or qd with minimum norm in the mass metric that cancels
+// the residuals r to first order. Reads b = -r from ws.loop.b; otherwise like `respond`.
 template <class Scalar>
 void correct_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* delta) {
   respond(plan, ws, static_cast<const Scalar*>(nullptr), delta);

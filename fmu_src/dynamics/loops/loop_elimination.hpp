@@ -16,8 +16,8 @@
 
 namespace redysim {
 
-// Eliminates joint i from a row of a loop; returns u_r. `share` receives u_r^2 / D with the bounds of the
-// levers.
+// Eliminates joint i from a row of a loop; returns u_r. `share`: set to u_r^2 / D, computed with the lever
+// bounds.
 template <class Scalar>
 REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, int i,
                                           const RowCrossing& crossing, Scalar& share) {
@@ -28,7 +28,7 @@ REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Sc
     w.moment += state.K[crossing.row].moment;
     state.K[crossing.row] = Force<Scalar>::zero();
   }
-  // where the sides of a loop have met, their wrenches cancel: the largest bounds before that are used
+  // after the sides of a loop have met, their wrenches cancel: the maximum bounds before are used
   Scalar squared[] = {state.squared_bound[0][crossing.row], state.squared_bound[1][crossing.row]};
   if (!crossing.merge) {
     LinkPath<Scalar>& path = state.path[crossing.side][crossing.loop];
@@ -46,7 +46,7 @@ REDYSIM_INLINE Scalar eliminate_from_loop(const Plan<Scalar>& plan, Workspace<Sc
   return u_row;
 }
 
-// Eliminates joint k of the cluster from all rows that cross it (5).
+// Eliminates joint k of the cluster from all rows that cross it: (5).
 template <class Scalar>
 void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index,
                                  std::size_t k) {
@@ -75,8 +75,8 @@ void eliminate_from_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws
   }
 }
 
-// Eliminates the cluster's rows at its root: A_root += K^T S^+ K, p_root -= K^T S^+ b; for the ground
-// b -= K a_ground.
+// Eliminates the cluster's rows at its root: A_root += K^T S^+ K, p_root -= K^T S^+ b; for the ground b -= K
+// a_ground.
 template <class Scalar>
 void eliminate_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
@@ -113,7 +113,7 @@ void eliminate_cluster_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std
   }
 }
 
-// The joints of one step, descending.
+// The joints of one step, in descending order.
 struct StepJoints {
   const int* first;
   std::size_t count;
@@ -139,7 +139,7 @@ bool is_by_fronts(const Plan<Scalar>& plan, const LoopState<Scalar>& state, std:
   return plan.may_have_fronts && state.by_fronts && plan.clusters[c].split;
 }
 
-// Sets to zero the sums over joints: S, its diagonal and the scales of the rows.
+// Sets sums over joints to zero: S, its diagonal and the scales of the rows.
 template <class Scalar>
 void start_elimination(const Plan<Scalar>& plan, LoopState<Scalar>& state) {
   for (std::size_t c = 0; c < plan.clusters.size(); ++c)
@@ -150,8 +150,8 @@ void start_elimination(const Plan<Scalar>& plan, LoopState<Scalar>& state) {
   if (plan.may_have_fronts && state.by_fronts) start_fronts(state);
 }
 
-// Eliminates joint k of a step from the rows that cross it. `entry`: of the step's front, for joint k;
-// advanced.
+// Eliminates joint k of a step from the rows that cross it. `entry`: index entries of the step's front for
+// joint k; advanced to the next joint.
 template <class Scalar>
 void eliminate_from_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const EliminationStep& step,
                          std::size_t k, const int*& entry) {
@@ -168,9 +168,9 @@ bool eliminate_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Elimi
   return !plan.is_front(step) || eliminate_front_rows(plan, ws, plan.fronts[index]);
 }
 
-// Leaves to root: joints, and the rows of clusters or fronts. Uses positions, velocities, bias wrenches and
-// loop rows. False if a row of a front may depend on others: the recursion is then repeated with whole
-// clusters.
+// Leaves to root: eliminates joints and the rows of clusters or fronts. Uses positions, velocities, bias
+// wrenches and loop rows. False if a row of a front may depend on others: the recursion must then be repeated
+// with whole clusters.
 template <class Scalar>
 bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q, const Scalar* qd,
                           const Scalar* tau, bool by_fronts) {
@@ -188,8 +188,8 @@ bool eliminate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
   return true;
 }
 
-// One step of iterative refinement of the multipliers. The residual is b - K a_root - B (B^T lambda) with the
-// factors of S = B B^T, whose condition number is the square root of that of S. Overwrites b.
+// One step of iterative refinement of the multipliers. The residual is b - K a_root - B (B^T lambda) with S =
+// B B^T: the condition number of B is the square root of that of S. Overwrites b.
 template <class Scalar>
 [[gnu::noinline]] void refine_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t c) {
   const ClusterPlan& cluster = plan.clusters[c];
@@ -225,7 +225,7 @@ void set_multipliers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_
   if (!state.uses_Q[c] && S.inexact()) refine_multipliers(plan, ws, c);
 }
 
-// Root to leaves, in the reverse order of the elimination: multipliers, then the joints on which they act.
+// Root to leaves, in reverse order of the elimination: multipliers, then the joints on which they act.
 template <class Scalar>
 void accelerate_with_loops(const Plan<Scalar>& plan, Workspace<Scalar>& ws, Scalar* qdd,
                            bool at_rest = false) {

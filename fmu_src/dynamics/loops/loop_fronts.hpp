@@ -30,7 +30,7 @@ void eliminate_from_row(const JointPlan<Scalar>& joint, const JointState<Scalar>
 }
 
 // Eliminates joint i from the row of a coupling and adds its wrench to that on the parent; returns u_r.
-// `scale` receives u_r^2 / D with the bounds of the levers. Not inlined, for size.
+// `scale`: set to u_r^2 / D, computed with the lever bounds. Not inlined, for size.
 template <class Scalar>
 [[gnu::noinline]] Scalar eliminate_from_coupling(const JointPlan<Scalar>& joint, const JointState<Scalar>& s,
                                                  const RowCrossing& crossing, LoopState<Scalar>& state,
@@ -51,8 +51,8 @@ void start_fronts(LoopState<Scalar>& state) {
   std::fill(state.diagonal.begin(), state.diagonal.end(), Scalar(0));
 }
 
-// The wrench of a row of a loop on a joint. Where the two sides of the loop meet it is their sum from then
-// on.
+// The wrench of a loop's row on a joint. From the joint where both sides of the loop have met, it is their
+// sum.
 template <class Scalar>
 REDYSIM_INLINE Force<Scalar>& merged_wrench(LoopState<Scalar>& state, const RowCrossing& crossing) {
   Force<Scalar>& w = state.wrench[crossing.side][crossing.row];
@@ -82,8 +82,8 @@ REDYSIM_INLINE Scalar eliminate_from_loop_of_front(const Plan<Scalar>& plan, Wor
   return u_row;
 }
 
-// Eliminates joint k of the front from all rows that cross it. `entry` points into front.entries; returns its
-// position for the next joint.
+// Eliminates joint k of the front from all rows that cross it. `entry`: position in front.entries; returns
+// the position for the next joint.
 template <class Scalar>
 const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front,
                                      std::size_t k, const int* entry) {
@@ -107,7 +107,7 @@ const int* eliminate_from_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>
   return entry;
 }
 
-// S <- L, C <- C L^-T. A pivot that rounding makes negative gives NaN.
+// S <- L, C <- C L^-T. A negative pivot, due to rounding, gives NaN.
 template <class Scalar>
 void factor_front(const FrontPlan& front, Scalar* matrix) {
   using std::sqrt;
@@ -124,8 +124,8 @@ void factor_front(const FrontPlan& front, Scalar* matrix) {
 }
 
 // Whether all rows of the front are clearly independent. A row may depend on others if its pivot is small
-// compared with its diagonal of S before the elimination of other rows: a row that these explain leaves only
-// rounding. A row vanishes by itself if that diagonal is small compared with the row's scale.
+// compared with its diagonal of S before other rows are eliminated: only rounding errors remain of a
+// dependent row. A row vanishes by itself if this diagonal is small compared with its scale.
 template <class Scalar>
 bool independent(const FrontPlan& front, const LoopState<Scalar>& state, const Scalar* matrix) {
   constexpr double vanishing = 1e-8;
@@ -212,7 +212,7 @@ void add_root_bias(const FrontPlan& front, const LoopState<Scalar>& state, Force
   }
 }
 
-// Eliminates the front's rows at its root; false if rows may depend on others.
+// Eliminates the front's rows at its root; false if a row may depend on others.
 template <class Scalar>
 bool eliminate_front_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const FrontPlan& front) {
   LoopState<Scalar>& state = ws.loop;

@@ -10,8 +10,8 @@
 namespace redysim {
 
 // Squared upper bound of the moment of a row's wrench about an axis at the end of a path of links: the moment
-// about the best axis, or the force with the links stretched. The arm in the current configuration is not
-// used: in a singular configuration it may vanish together with the lever.
+// about the best axis, or that of the force with the links stretched. The arm in the current configuration is
+// not used: in a singular configuration it may vanish together with the lever.
 template <class Scalar>
 Scalar squared_moment_bound(double path_length, const Scalar& squared_rounding, const Force<Scalar>& w) {
   const Scalar moment = w.moment.squaredNorm(),
@@ -19,7 +19,7 @@ Scalar squared_moment_bound(double path_length, const Scalar& squared_rounding, 
   return (moment > stretched ? moment : stretched) + squared_rounding;
 }
 
-// Squared upper bound of the lever, the generalized force of the wrench on `joint`.
+// Squared upper bound of the lever (the generalized force of the wrench on `joint`).
 template <class Scalar>
 Scalar squared_lever_bound(const JointPlan<Scalar>& joint, double path_length, const Scalar& squared_rounding,
                            const Force<Scalar>& w) {
@@ -45,7 +45,7 @@ bool rank_is_uncertain(const ClusterPlan& cluster, const Workspace<Scalar>& ws, 
   return false;
 }
 
-// Lengths of the paths from the point of a loop to each joint of one side.
+// Sets the lengths of the paths from the point of a loop to each joint of one side, m.
 template <class Scalar>
 void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, int root,
                       LinkPath<Scalar> path, std::vector<double>& lengths) {
@@ -72,7 +72,7 @@ void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Clu
   }
 }
 
-// Levers of the couplings of a cluster and their bounds: the ratios.
+// Sets the levers of the couplings of a cluster and their bounds: both follow from the ratios.
 template <class Scalar>
 void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
                          const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
@@ -90,8 +90,8 @@ void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
   }
 }
 
-// Levers J of all rows of a cluster and their bounds, from the geometry alone, in the order of S. Each column
-// is divided by its largest bound among position rows.
+// Sets the levers J of all rows of a cluster and their bounds from the geometry, in the order of S. Each
+// column is divided by its maximum bound among the position rows.
 template <class Scalar>
 void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
                 const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
@@ -125,7 +125,7 @@ void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPl
   }
 }
 
-// B with S = B B^T, B_rj = u_r / sqrt(D_j). If one D_j is very small, S has lost the digits of the other
+// Sets B with S = B B^T, B_rj = u_r / sqrt(D_j). If one D_j is very small, S has lost the digits of the other
 // joints; B has not.
 template <class Scalar>
 void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster,
@@ -144,8 +144,8 @@ void set_weighted_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, 
   }
 }
 
-// Force of the multipliers on joint k of the cluster: the sum of u lambda, or from Q where that sum would
-// suffer from cancellation.
+// Force of the multipliers on joint k of the cluster: the sum of u lambda, or from Q if this sum would suffer
+// from cancellation.
 template <class Scalar>
 Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::size_t cluster_index,
                   std::size_t k) {
@@ -166,8 +166,8 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 }
 
 // Factors S with the rank of the levers. Linear dependence of rows is a property of the levers, not of the
-// masses: a nearly massless link makes the diagonal of S of a row arbitrarily large. Rarely called; not
-// inlined, for size.
+// masses: a nearly massless link makes a diagonal entry of S arbitrarily large. Rarely called; not inlined,
+// for size.
 template <class Scalar>
 [[gnu::noinline]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
                                         std::size_t cluster_index) {
@@ -177,7 +177,7 @@ template <class Scalar>
   std::vector<Scalar>& B = state.Q[cluster_index];
   const int columns = static_cast<int>(cluster.joints.size());
   const auto find_dependent = [&] {
-    // the storage of B holds the levers J first
+    // the storage of B first holds the levers J
     set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
     return S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
   };

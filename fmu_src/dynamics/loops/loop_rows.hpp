@@ -8,7 +8,7 @@
 #include "dynamics/ground_motion.hpp"
 #include "math/dual.hpp"
 
-// Position, velocity and acceleration of the cut joints, row by row (docs/derivations/loops.md).
+// Position, velocity and acceleration level of the cut joints, row by row (docs/derivations/loops.md).
 //
 // Position row, direction d fixed in its carrier (body a, or the cluster's root), r = x_b - x_a:
 //   phi = d . r,  phi' = d . (r' - omega_c x r)                                                       (1)
@@ -50,7 +50,7 @@ struct RowValues {
   Vec3<Scalar> carrier_moment = Vec3<Scalar>::Zero();
 };
 
-// Of a position row: its direction, the angular velocity of the carrier, and r' as seen from there.
+// Data of a position row: its direction, the angular velocity of the carrier, and r' relative to the carrier.
 template <class Scalar>
 struct PositionRow {
   bool on_a;
@@ -112,7 +112,7 @@ struct RowViolation {
   Scalar residual, rate;
 };
 
-// The same without the terms of accelerations and forces.
+// Residual and rate of a row as in row_values, without the terms for accelerations and forces.
 template <class Scalar>
 RowViolation<Scalar> row_violation(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
   if (row.kind == ConstraintRow<Scalar>::Kind::rotation) {
@@ -125,8 +125,7 @@ RowViolation<Scalar> row_violation(const LoopGeometry<Scalar>& g, const Constrai
   return {d.dot(g.r), d.dot(g.r_rate - omega_c.cross(g.r))};
 }
 
-// Square of the smallest moment of a position row that is not rounding of the positions from which it is
-// computed, m^2.
+// Square of the minimum moment of a position row that exceeds the rounding errors of the positions, m^2.
 template <class Scalar>
 Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRow<Scalar>& row) {
   constexpr double relative = 1e-9;
@@ -136,7 +135,7 @@ Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRo
           g.point_b.arm.squaredNorm());
 }
 
-// b of all loops, as set_loop_rows.
+// Sets b of all loops like set_loop_rows.
 template <class Scalar>
 void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
@@ -150,7 +149,7 @@ void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   }
 }
 
-// Fills residual, rate, wrenches and b = -phi'' at zero accelerations of loop `n`. Uses ws.ground.
+// Fills residual, rate, wrenches and b = -phi'' (at zero accelerations) of loop `n`. Uses ws.ground.
 template <class Scalar>
 void set_rows_of_loop(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t n) {
   LoopState<Scalar>& state = ws.loop;
@@ -177,8 +176,8 @@ void set_loop_rows(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (std::size_t n = 0; n < plan.loops.size(); ++n) set_rows_of_loop(plan, ws, n);
 }
 
-// Magnitudes of the terms of a loop's residuals: m, m/s and rad/s. Over all its bodies, because the motions
-// of the joints may cancel at its ends.
+// Magnitudes of the terms of a loop's residuals: m, m/s and rad/s. All its bodies are included, since the
+// motions of the joints may cancel at its ends.
 struct LoopMagnitudes {
   double distance = 0, speed = 0, spin = 0;
 
@@ -200,7 +199,7 @@ LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>
                                const LoopPlan<Scalar>& loop, const LoopGeometry<Scalar>& g) {
   LoopMagnitudes size;
   if (loop.root != ground)
-    size.include(g.root);  // the ground's position is that of its origin, seen from the plan's
+    size.include(g.root);  // the ground's position is that of its origin relative to plan.origin
   for (int body : {loop.body_a, loop.body_b})
     for (; body != loop.root; body = plan.joints[body].parent) size.include(ws.ground[body]);
   const double arms = size.size(g.point_a.arm) + size.size(g.point_b.arm);
@@ -209,7 +208,7 @@ LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>
   return size;
 }
 
-// Residuals and rates of the rows of loops, and the magnitudes of their terms.
+// Sets residuals and rates of the rows of loops, and the magnitudes of their terms.
 template <class Scalar>
 void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
   for (const auto& loop : plan.loops) {
@@ -228,7 +227,7 @@ void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
 }
 
 // Violation of one row after set_constraint_residuals, relative to the magnitude of the terms of its residual
-// (or rate): 1e-16 is rounding for any size of the mechanism.
+// (or rate): 1e-16 is a rounding error for any size of the mechanism.
 template <class Scalar>
 double relative_violation(const LoopState<Scalar>& loop, bool velocity, std::size_t row) {
   const std::vector<Scalar>& residual = velocity ? loop.rate : loop.residual;
@@ -236,7 +235,7 @@ double relative_violation(const LoopState<Scalar>& loop, bool velocity, std::siz
   return std::abs(value_of(residual[row])) / std::max(size[row], 1e-300);
 }
 
-// The largest of all rows.
+// Maximum over all rows.
 template <class Scalar>
 double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
   double worst = 0;
@@ -248,14 +247,14 @@ double relative_violation(const LoopState<Scalar>& loop, bool velocity) {
   return worst;
 }
 
-// Convergence of Newton corrections, row by row: in a loop that is at rest the rates are rounding in any
-// measure, and must not end the corrections of others.
+// Convergence of Newton corrections, row by row: in a loop at rest the rates are rounding errors at any scale
+// and must not end the corrections of other loops.
 class ResidualProgress {
  public:
   explicit ResidualProgress(std::size_t rows = 0) : before_(rows) {}
   void restart() { std::fill(before_.begin(), before_.end(), std::numeric_limits<double>::infinity()); }
 
-  // Whether a row with a violation above `rounding` has halved it in each call since the restart.
+  // Whether some row has a violation above `rounding` and has halved it in each call since the restart.
   template <class Scalar>
   bool goes_on(const LoopState<Scalar>& loop, bool velocity, double rounding) {
     bool any = false;
@@ -272,7 +271,7 @@ class ResidualProgress {
   std::vector<double> before_;
 };
 
-// Norm of a loop's position residual over its rows (m and rad combined).
+// Norm of a loop's position residuals (m and rad combined).
 template <class Scalar>
 Scalar loop_gap(const LoopPlan<Scalar>& loop, const Workspace<Scalar>& ws) {
   using std::sqrt;

@@ -5,8 +5,8 @@
 
 namespace redysim {
 
-// The joints that a loop crosses, from each end up to (not including) a common body; those of a coupling are
-// all in joints_a.
+// The joints that a loop crosses, from each end up to a common body (excluded); for a coupling all are in
+// joints_a.
 struct LoopSides {
   std::vector<int> joints_a, joints_b;
 

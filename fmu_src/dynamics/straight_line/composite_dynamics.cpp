@@ -19,12 +19,13 @@ bool is_constant(const RigidInertia<Recorded>& body) {
   return true;
 }
 
-// Inertias about an axis across that of its joint, relative to the parent's about its own, above which a sum
-// of both loses digits: what a turn of the body removes again would exceed the rest.
+// Maximum inertia of a body across its joint axis, relative to the parent's inertia about the parent's axis:
+// beyond it, their sum loses accuracy, since the part that a rotation of the body removes again exceeds the
+// rest.
 constexpr double largest_share = 1e3;
 
-// The part of a body that moves alike with its parent, removed from the body: masses on the axis of a
-// rotation, inertia without mass where the joint slides.
+// Removes from a body the part that moves like its parent, and returns it: masses on the axis of a rotation;
+// inertia without mass if the joint is prismatic.
 RigidInertia<Recorded> taken_from(JointPlan<Recorded>& joint, const JointPlan<Recorded>* parent) {
   RigidInertia<Recorded> part, &body = joint.inertia;
   if (joint.subspace == Subspace::helix || !is_constant(body)) return part;
@@ -44,8 +45,8 @@ RigidInertia<Recorded> taken_from(JointPlan<Recorded>& joint, const JointPlan<Re
   return part;
 }
 
-// Acceleration of a body and of its origin (minus gravity), and U = alpha~ + omega~ omega~: the acceleration
-// of a point r of the body is that of the origin + U r.
+// Acceleration of a body and of its origin (minus gravity), and U = alpha~ + omega~ omega~: point r of the
+// body has the acceleration of the origin + U r.
 struct Acceleration {
   Vec3<Recorded> angular = Vec3<Recorded>::Zero(), linear = Vec3<Recorded>::Zero();
   Mat3<Recorded> U = Mat3<Recorded>::Zero();
@@ -60,8 +61,8 @@ void set_spread(const Vec3<Recorded>& omega, Acceleration& a) {
   }
 }
 
-// Wrench that accelerates a single body: I alpha + omega x I omega + h x a and m a + U h, with the entries of
-// U for products of the velocity (Khalil and Kleinfinger 1987).
+// Wrench that accelerates a single body: I alpha + omega x I omega + h x a and m a + U h, with products of
+// velocities taken from U (Khalil and Kleinfinger 1987).
 Force<Recorded> wrench(const RigidInertia<Recorded>& body, const Vec3<Recorded>& omega,
                        const Acceleration& a) {
   const Symmetric3<Recorded>& I = body.inertia;
@@ -90,7 +91,7 @@ Acceleration at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded
   return a;
 }
 
-// Joint forces (nv) at zero accelerations of the joints, by the recursive Newton-Euler equations.
+// Joint forces (nv) at zero joint accelerations, by the recursive Newton-Euler equations.
 void bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
                  Recorded* tau) {
   set_positions(plan, ws, q);

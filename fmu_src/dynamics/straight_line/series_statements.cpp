@@ -10,19 +10,19 @@
 #include "dynamics/straight_line/statements.hpp"
 #include "math/lanes.hpp"
 
-// Recursions of Taylor coefficients, for each operation on a tape (Hairer, Norsett, Wanner 1993, I.8;
+// Recursions of Taylor coefficients for each operation on a tape (Hairer, Norsett, Wanner 1993, I.8;
 // Griewank, Walther 2008, 13.2). Coefficient k of a product x y is
 //   x_0 y_k + x_k y_0 + sum of x_j y_(k - j) over 0 < j < k
-// The sums contain lower orders only. They are computed before, and the statements of order k are linear in
-// its coefficients.
+// The sums contain lower orders only and are computed first; the statements of order k are then linear in the
+// coefficients of order k.
 
 namespace redysim {
 namespace {
 
 using Operation = Tape::Operation;
-using Places = std::map<int, std::vector<std::size_t>>;  // of a node in an array
+using Places = std::map<int, std::vector<std::size_t>>;  // per node: indices into an array
 
-// Functions satisfy linear differential equations. The coefficient j of dx is rate_j = j x_j:
+// Functions satisfy linear differential equations. Coefficient j of dx is rate_j = j x_j:
 //   sine: cos(x) dx    cosine: -sin(x) dx    t = tanh x: (1 - t^2) dx
 class SeriesWriter {
  public:
@@ -62,7 +62,7 @@ class SeriesWriter {
   }
 
  private:
-  // The sums of all products, and the arrays of the statements.
+  // Code that computes the sums of all products and declares the arrays used by the statements.
   std::string beginning_of_terms() const {
     return "REDYSIM_CLONES void series_terms([[maybe_unused]] const Plan<double>& plan,\n"
            "    const SeriesOrder& at, [[maybe_unused]] const double* tau) {\n"
@@ -83,7 +83,8 @@ class SeriesWriter {
   bool varies(int node) const { return node >= 0 && varies_[static_cast<std::size_t>(node)]; }
   std::string name(int node) const { return operand(tape_, node); }
 
-  // What the recursion of a function needs besides: the sine a cosine, tanh its square.
+  // Adds the nodes that the recursions of functions also need: the cosine for a sine and vice versa, the
+  // square of tanh.
   void add_partners() {
     for (int node : tape_.operations_for(results_)) {
       const Tape::Node given = tape_[node];
@@ -101,7 +102,7 @@ class SeriesWriter {
     }
   }
 
-  // Nodes that depend on the state or the inputs have more than one coefficient.
+  // Nodes that depend on the state or the inputs vary: they have more than one coefficient.
   void classify() {
     needed_ = tape_.needed_by(results_);
     varies_.assign(needed_.size(), 0);
@@ -131,7 +132,7 @@ class SeriesWriter {
     product_[node] = products_++;
   }
 
-  // Nodes with one coefficient that multiply or divide others.
+  // Marks the non-varying nodes that multiply or divide varying ones.
   void mark_factors() {
     factor_.assign(needed_.size(), 0);
     for (int node = tape_.size() - 1; node >= 0; --node) {
@@ -153,7 +154,7 @@ class SeriesWriter {
     return found == places.end() ? std::vector<std::size_t>() : found->second;
   }
 
-  // Stores a value where products take it.
+  // Stores a value in the arrays from which products read it.
   std::string kept(int node) const {
     std::string text;
     for (std::size_t place : places_of(left_, node)) text += assigned("left", place, name(node));
@@ -161,13 +162,13 @@ class SeriesWriter {
     return text;
   }
 
-  // The same for a coefficient, in lanes: a load of a lane after stores of single numbers would stall.
+  // The same for a coefficient, but by lanes: loading a lane after storing single numbers would stall.
   std::string taken(int node) {
     return stored_lanes("left", left_terms_, left_, node, name(node)) +
            stored_lanes("right", right_terms_, right_, node, name(node));
   }
 
-  // Stores the lanes that a term completes.
+  // Stores the lanes that this term completes.
   std::string stored_lanes(const char* array, std::vector<std::string>& terms, const Places& places, int node,
                            const std::string& term) {
     std::string text;
@@ -226,7 +227,7 @@ class SeriesWriter {
 
   std::string of_product(const char* array, int node) const { return indexed(array, product_.at(node)); }
 
-  // Sine and cosine together, at the first of them.
+  // Sine and cosine are written together, at the first of both.
   std::string function_terms(int node) {
     const int argument = tape_[node].left, partner = partner_.at(node);
     const std::string rate = "rate" + std::to_string(argument);
@@ -246,15 +247,15 @@ class SeriesWriter {
     return text;
   }
 
-  Tape tape_;  // of the line, and partners
+  Tape tape_;  // of the line, plus partners
   std::size_t joints_;
   std::vector<int> slopes_, results_;  // results_: slopes_ and partners
   std::map<int, int> partner_;
   std::vector<char> needed_, varies_, factor_;
   std::size_t products_ = 0;
-  std::map<int, std::size_t> product_, reciprocals_;  // of a node
+  std::map<int, std::size_t> product_, reciprocals_;  // per node
   Places left_, rate_, right_;
-  std::vector<std::string> left_terms_, right_terms_;  // padded to lanes; "": not yet written
+  std::vector<std::string> left_terms_, right_terms_;  // padded to full lanes; "": not yet written
   std::set<int> rates_written_, turns_written_;        // arguments
 };
 

@@ -6,8 +6,8 @@
 
 namespace redysim {
 
-// The C++ definitions of the symbols of a line in taylor_series.hpp. Throws std::domain_error for functions
-// without a recursion.
+// C++ definitions for a line of the symbols declared in taylor_series.hpp. Throws std::domain_error for
+// functions without a recursion.
 std::string series_definitions(const StraightLine& line);
 
 }  // namespace redysim

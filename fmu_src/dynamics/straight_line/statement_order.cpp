@@ -10,7 +10,7 @@ namespace {
 
 using Operation = Tape::Operation;
 
-// The operations that the results need, and the users of each.
+// The operations that the results need, and the users of each operation.
 class Uses {
  public:
   Uses(const Tape& tape, const std::vector<int>& results)
@@ -23,7 +23,7 @@ class Uses {
   const std::vector<int>& operations() const { return operations_; }
   const std::vector<int>& users(int node) const { return users_[static_cast<std::size_t>(node)]; }
 
-  // Each once, without constants and symbols.
+  // The operands, each once, without constants and symbols.
   std::vector<int> operands(int node) const {
     std::vector<int> found;
     const int left = tape_[node].left, right = tape_[node].right;
@@ -38,8 +38,8 @@ class Uses {
   std::vector<std::vector<int>> users_;
 };
 
-// Orders the operations of one chain: of those whose operands of the chain are known, the next is the one
-// that uses most values for the last time.
+// Orders the operations of one chain: of those whose operands in the chain are known, the next one is that
+// with the most last uses of values.
 class Chain {
  public:
   Chain(const Uses& uses, const std::vector<int>& members, int nodes)
@@ -60,7 +60,7 @@ class Chain {
  private:
   struct State {
     bool member = false, taken = false;
-    int missing = 0, last_uses = 0;  // operands: not known yet, used for the last time
+    int missing = 0, last_uses = 0;  // operands: not yet known; used for the last time
     int uses_left = 0;
   };
   State& state(int node) { return states_[static_cast<std::size_t>(node)]; }
@@ -97,7 +97,7 @@ bool is_speed_or_force(const std::string& symbol) {
 
 enum class Part { positions, forces, solution };
 
-// Of each operation: whether it depends on speeds or forces, and then on a quotient of positions.
+// Part of each operation: whether it depends on speeds or forces, and if so, also on a quotient of positions.
 std::vector<Part> parts(const Tape& tape) {
   std::vector<Part> found;
   for (int node = 0; node < tape.size(); ++node) {
@@ -115,8 +115,8 @@ std::vector<Part> parts(const Tape& tape) {
   return found;
 }
 
-// Pieces of both in turn, in proportion to their lengths. Accelerations of six to nine joints are fastest
-// with pieces of 32 operations, 1 to 3 % slower with 16, 3 to 8 % with 64.
+// Pieces of both lists in turn, in proportion to their lengths. Accelerations of six to nine joints are
+// fastest with pieces of 32 operations; 16 is 1 to 3 % slower, 64 is 3 to 8 % slower.
 std::vector<int> alternating(const std::vector<int>& a, const std::vector<int>& b) {
   constexpr std::size_t at_once = 32;
   std::vector<int> both;

@@ -80,7 +80,7 @@ class ValueWriter {
   const Tape& tape_;
   const std::function<std::string(int)>& after_;
   std::vector<char> needed_, written_;
-  std::vector<int> lane_of_;  // of an angle: its place among all angles
+  std::vector<int> lane_of_;  // per angle: its index among all angles
   std::string text_;
 };
 

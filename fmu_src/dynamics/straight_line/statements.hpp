@@ -6,21 +6,21 @@
 
 #include "math/tape.hpp"
 
-// Nodes of a tape as C++.
+// Nodes of a tape as C++ code.
 
 namespace redysim {
 
-// NAME[INDEX].
+// "name[index]".
 std::string indexed(const char* name, std::size_t index);
 
-// A node as an operand: a number, the name of its symbol, or that of the variable which holds it.
+// A node as an operand: a number, the name of its symbol, or the name of the variable that holds it.
 std::string operand(const Tape& tape, int node);
 
-// The right-hand side of an arithmetic operation.
+// Right-hand side of an arithmetic operation.
 std::string arithmetic(const Tape& tape, int node);
 
-// Statements that compute the nodes which `results` need, `after(node)` behind each that is a symbol or a
-// variable, in this order as far as operands allow.
+// Statements that compute the nodes required by `results`, in this order as far as operands allow.
+// `after(node)` is appended to each symbol or variable.
 std::string value_statements(const Tape& tape, const std::vector<int>& results, const std::vector<int>& order,
                              const std::function<std::string(int)>& after);
 

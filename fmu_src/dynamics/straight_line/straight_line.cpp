@@ -15,7 +15,7 @@
 namespace redysim {
 namespace {
 
-// The plan with tunable parameters as symbols for entries of the plan of doubles.
+// The plan whose tunable parameters are symbols for entries of the plan of doubles.
 class TunablePlan {
  public:
   TunablePlan(Tape& tape, const Model& model) : tape_(tape), plan_(model) {
@@ -37,7 +37,7 @@ class TunablePlan {
     return true;
   }
 
-  // Not every name that begins with the link's: a joint may have the same name.
+  // Not every name with the link's name as prefix is inertial: a joint may have the same name.
   static bool is_inertial(const std::string& name, const std::string& link) {
     if (name.rfind(link + ".", 0) != 0) return false;
     const std::string parameter = name.substr(link.size() + 1, name.find('[') - link.size() - 1);
@@ -95,7 +95,7 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
   return list;
 }
 
-// Of the two ways to the accelerations.
+// Records one of the two algorithms for the accelerations.
 StraightLine recorded(const Model& model, bool by_composites) {
   StraightLine line;
   line.by_composites = by_composites;

@@ -12,17 +12,17 @@ namespace redysim {
 
 inline double* numbers(Lanes<double>* lanes) { return reinterpret_cast<double*>(lanes); }
 
-// What the terms of an order of a series follow from, and where they are stored.
+// Inputs and storage of the terms of one order of a series.
 struct SeriesOrder {
   std::size_t order;
   double per_order, factor;    // 1 / order, unit / (order + 1)
-  Lanes<double>*left, *right;  // factors of the products, series_lanes for each order
-  const double* reciprocals;   // of divisors of order 0
-  double* state;               // coefficients of this order, then those of the next one
+  Lanes<double>*left, *right;  // factors of the products, series_lanes per order
+  const double* reciprocals;   // reciprocals of the divisors' coefficients of order 0
+  double* state;               // coefficients of this order, followed by the next order
 };
 
-// Only in a library built for a scene with method taylor (series_statements.hpp): numbers of products in
-// lanes of 4 and of divisions, and the recursion. `slope`: qdd, then the power if the scene has energies.
+// Only in a library built for a scene with method taylor (series_statements.hpp): numbers of products, in
+// lanes of 4, and of divisions, and the recursion. `slope`: qdd, then the power if the scene has energies.
 extern const std::size_t series_lanes, series_quotients;
 void series_values(const Plan<double>& plan, const double* q, const double* qd, const double* tau,
                    double* left, double* right, double* reciprocals, double* slope);
@@ -41,7 +41,7 @@ REDYSIM_INLINE void sum_lanes(const Lanes<double>* left, const Lanes<double>* ri
 template <std::size_t Width>
 REDYSIM_INLINE void sum_products(const Lanes<double>* left, const Lanes<double>* right, std::size_t order,
                                  double* sums) {
-  constexpr std::size_t block = 4, rest = Width % block;  // lanes whose sums stay in registers
+  constexpr std::size_t block = 4, rest = Width % block;  // number of lanes whose sums stay in registers
   if (order == 1) {
     std::fill_n(sums, 4 * Width, 0.0);
     return;
@@ -53,32 +53,32 @@ REDYSIM_INLINE void sum_products(const Lanes<double>* left, const Lanes<double>*
     sum_lanes<Width>(left + at, right + at, order, sums + 4 * at, std::make_index_sequence<rest>());
 }
 
-// Taylor series of a motion of that scene, in s = time / unit from its start. State: [q; qd; work], the work
-// of inputs and dampers with energies only.
+// Taylor series of a motion of the library's scene, in s = time / unit from its start. State: [q; qd; work];
+// work of inputs and dampers only with energies.
 class TaylorSeries {
  public:
   TaylorSeries(const Plan<double>& plan, int state_size, int highest_order);
 
-  // The slope of a state, per s of time, for forces of the joints (nv). False: not finite.
+  // Computes the slope of a state, per s, for joint forces (nv). False: not finite.
   bool set_slope(const double* state, const double* forces);
   const double* slope() const { return slope_.data(); }
 
-  void start(const double* state, double unit);  // to order 1, after set_slope of the same state
-  void extend(const double* forces);             // by one order; forces: their coefficient of order()
+  void start(const double* state, double unit);  // order 1; call after set_slope of the same state
+  void extend(const double* forces);             // adds one order; forces: coefficients of order order()
   int order() const { return order_; }
   double unit() const { return unit_; }
   const double* coefficient(int order) const { return numbers(coefficients_, order, state_lanes_); }
 
-  // State and slope, per s of time, at a time from the start.
+  // State and its slope, per s, at `time` s from the start.
   void evaluate(double time, double* state, double* slope) const;
 
-  // The coefficients of all orders, for a saved series.
+  // The coefficients of all orders, for saved states.
   std::size_t room() const { return 4 * coefficients_.size(); }
   const double* saved() const { return coefficient(0); }
   void restore(int order, double unit, const double* coefficients);
 
  private:
-  using Rows = std::vector<Lanes<double>>;  // of all orders
+  using Rows = std::vector<Lanes<double>>;  // rows of all orders
 
   static double* numbers(Rows& rows, int order, std::size_t width) {
     return redysim::numbers(rows.data() + static_cast<std::size_t>(order) * width);
