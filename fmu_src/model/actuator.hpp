@@ -4,22 +4,22 @@
 
 namespace redysim {
 
-// What stands between an input and a joint: lag, limits, motor and gear. Torques, stiffness, backlash and
-// limits are on the joint side (of a sliding joint: forces and lengths), rotor and torque constant on the
-// motor side. The law: integrate/actuator/actuator_law.hpp, docs/actuators.md.
+// The drive train between an input and a joint: lag, limits, motor and gear. Torques, stiffness, backlash and
+// limits refer to the joint side (for a prismatic joint they are forces and lengths); rotor inertia and
+// torque constant refer to the motor side. Equations: integrate/actuator/actuator_law.hpp, docs/actuators.md.
 template <class Scalar>
 struct ActuatorOf {
-  int link = 0;                              // whose joint it drives
-  double gear_ratio = 1, rotor_inertia = 0;  // motor angle per q; kg m^2
+  int link = 0;                              // the actuator drives the joint of this link
+  double gear_ratio = 1, rotor_inertia = 0;  // motor angle divided by q; kg m^2
   bool gyroscopic = false;                   // the rotor turns with the parent link (dynamics/rotor.hpp)
-  // what a master may set
-  Scalar stiffness = 0, damping = 0;  // of an elastic gear; stiffness 0: a rigid one
+  // the values that an importer may set
+  Scalar stiffness = 0, damping = 0;  // of an elastic gear; stiffness 0: rigid gear
   Scalar backlash = 0,
-         backlash_width = 0;  // whole play; depth beyond it at which the gear reaches full stiffness
+         backlash_width = 0;  // total play; depth beyond it at which the gear reaches full stiffness
   Scalar torque_limit = std::numeric_limits<double>::infinity(), torque_limit_width = 0;
   Scalar speed_limit = std::numeric_limits<double>::infinity(), speed_limit_width = 0;
-  Scalar time_constant = 0;  // s, of the input
-  // of a DC motor, in ohm, H and N m/A = V s/rad; resistance 0: none, the input is a torque
+  Scalar time_constant = 0;  // of the lag of the input, s
+  // DC motor: ohm, H, N m/A = V s/rad; resistance 0: no motor, the input is a torque
   Scalar resistance = 0, inductance = 0, torque_constant = 0;
 
   bool is_elastic() const { return stiffness > 0; }
@@ -30,7 +30,7 @@ struct ActuatorOf {
   bool limits_speed() const { return speed_limit < std::numeric_limits<double>::infinity(); }
   bool has_limits() const { return limits_torque() || limits_speed(); }
   bool lags() const { return time_constant > 0; }
-  // Otherwise the input is the torque on the joint, whose armature contains the rotor.
+  // If false, the input is the torque on the joint, and the joint's armature contains the rotor inertia.
   bool acts() const { return is_elastic() || is_electric() || has_limits() || lags(); }
 
   template <class Other>

@@ -14,7 +14,7 @@ namespace redysim {
 
 enum class ShapeKind { points, sphere, capsule, box, disk, plane, heightmap };
 
-// With the words of the model file.
+// Names of the shapes in the model file.
 inline constexpr std::pair<const char*, ShapeKind> shape_kinds[] = {
     {"points", ShapeKind::points},      {"sphere", ShapeKind::sphere},
     {"capsule", ShapeKind::capsule},    {"box", ShapeKind::box},
@@ -23,16 +23,16 @@ inline constexpr std::pair<const char*, ShapeKind> shape_kinds[] = {
 
 const char* word_of(ShapeKind kind);
 
-// `frame` is in the frame of the link: of a plane its z axis is the normal, of a height map its axes are
-// those of the grid, of a capsule the z axis joins the centers of both ends, of a disk it is the axis.
+// `frame` is relative to the frame of the link. Its z axis is the normal of a plane, the line between the end
+// centers of a capsule, or the axis of a disk; for a height map its axes are those of the grid.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   int link = -1;  // -1: ground
   Pose frame;
   std::vector<Vec3<double>> points;               // in `frame`
-  double radius = 0;                              // m; of a disk the outer one
-  double half_length = 0;                         // m, of a capsule's axis
-  double tube = 0;                                // m, radius of a disk's rim
+  double radius = 0;                              // m; of a disk: outer radius
+  double half_length = 0;                         // m, of the axis of a capsule
+  double tube = 0;                                // m, radius of the rim of a disk
   Vec3<double> half_size = Vec3<double>::Zero();  // m, of a box
   std::shared_ptr<const BicubicSpline> heights;
 };
@@ -47,7 +47,7 @@ struct ContactParameters {
   Scalar friction_velocity = 1e-3;  // m/s
   Scalar rolling = 0, torsion = 0;  // m
   Scalar spin_velocity = 1;         // rad/s
-  Scalar v_max = 0, Ch = 0;         // of ReDySim's law, m/s and N s/m
+  Scalar v_max = 0, Ch = 0;         // for law redysim only; m/s and N s/m
 
   template <class Other>
   ContactParameters<Other> cast() const {
@@ -68,17 +68,18 @@ struct Contact : ContactParameters<double> {
   int line = 0, column = 0;  // in the model file; 0: not from a file
 };
 
-// A shape with contact points against one with a surface. Boxes: the corners of each against the other.
+// A shape with contact points and a shape with a surface. Two boxes give two pairs, one for the corners of
+// each.
 struct ShapePair {
   const Shape* points;
   const Shape* surface;
 };
 
-// Empty: these shapes cannot be combined.
+// The pairs of a contact; empty if these shapes cannot be combined.
 std::vector<ShapePair> shape_pairs(const Contact& contact);
 
-// Centers of the balls of a shape, in its frame, and their radius: corners of a box and `points` have radius
-// 0. A disk has its center and the radius of its rim.
+// Centers of the balls of a shape, in `frame`, and their common radius in m. The corners of a box and the
+// points of `points` have radius 0. A disk has one ball: its center, with the radius of its rim.
 std::vector<Vec3<double>> ball_centers(const Shape& shape);
 double ball_radius(const Shape& shape);
 

@@ -5,7 +5,7 @@
 
 namespace redysim {
 
-// Cosine and sine, exact at right angles: those of a rounded pi/2 deviate from 0 and 1 by less than 1e-15.
+// Cosine and sine of an angle. Values within 1e-15 of 0 and +-1 are rounded, so right angles are exact.
 struct Turn {
   double cosine, sine;
 };
@@ -20,10 +20,11 @@ struct Pose {
 Pose operator*(const Pose& first, const Pose& second);
 Pose inverse(const Pose& pose);
 
-// T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d), the frame of a link at q = 0 in its parent's.
+// T = Rz(gamma) Tz(b) Rx(alpha) Tx(a) Rz(theta) Tz(d): the frame of a link at q = 0 in the frame of its
+// parent.
 Pose pose_of(const DhParameters& dh);
 
-// Six parameters that give `pose` (every rigid displacement has them; for parallel z axes d = 0).
+// DH parameters of `pose`. They exist for every rigid displacement; for parallel z axes d = 0.
 DhParameters dh_of(const Pose& pose);
 
 }  // namespace redysim

@@ -19,7 +19,7 @@ bool uses_method(const Model& model) {
   return chosen == method || chosen == SolverMethod::automatic;
 }
 
-// As std::any_of, which libstdc++ unrolls.
+// Like std::any_of, but without libstdc++'s loop unrolling.
 template <class Range, class Test>
 bool any(const Range& range, const Test& test) {
   for (const auto& each : range)
@@ -66,7 +66,7 @@ constexpr Feature all_features[] = {
     {"exponential", features::exponential, uses_method<SolverMethod::exponential>, true},
 };
 
-// Above this number of joints `erk` takes less time (docs/specialise.md).
+// With more joints than this, `erk` is faster (docs/specialise.md).
 constexpr std::ptrdiff_t most_joints_of_series = 4;
 
 }  // namespace

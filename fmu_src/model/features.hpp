@@ -6,9 +6,9 @@
 
 #include "model/model.hpp"
 
-// Features of this library: all, or those that one model uses (`build-fmu build --specialise`), as listed in
-// CMake's REDYSIM_FEATURES. Code of an omitted feature depends on a constant condition, so that the compiler
-// and the linker remove it.
+// Features that this library contains: all, or those that one model uses (`build-fmu build --specialise`).
+// CMake sets them in REDYSIM_FEATURES. Code of an omitted feature is under a constant condition, so that the
+// compiler and the linker remove it.
 
 namespace redysim {
 namespace features {
@@ -17,7 +17,7 @@ namespace features {
 #define REDYSIM_FEATURES "all"
 #endif
 
-// Whether REDYSIM_FEATURES ("all", or names with a comma after each) names a feature.
+// Whether REDYSIM_FEATURES lists this feature. Format: "all", or names each followed by a comma.
 constexpr bool names(std::string_view part) {
   std::string_view parts = REDYSIM_FEATURES;
   for (std::size_t comma = parts.find(','); comma != parts.npos; comma = parts.find(',')) {
@@ -55,20 +55,20 @@ inline constexpr bool straight_line = false;
 
 }  // namespace features
 
-// Whether a joint has friction or stops, or parameters of them are tunable.
+// Whether a joint has friction or stops, or whether their parameters are tunable.
 bool may_resist(const Model& model);
 
-// Whether a library for this model alone contains Taylor series: method taylor, or `auto` in a smooth open
-// tree of few joints.
+// Whether a library specialised for this model contains Taylor series. It does for method `taylor`, and for
+// `auto` in a smooth open tree with few joints.
 bool uses_series(const Model& model);
 
-// The features that a model uses, by their names in REDYSIM_FEATURES.
+// Names in REDYSIM_FEATURES of the features that a model uses.
 std::vector<std::string> features_of(const Model& model);
 
-// The first feature that the model uses and this library omits; empty: none.
+// The first feature that the model uses and this library omits; empty if there is none.
 std::string missing_feature(const Model& model);
 
-// Why this library cannot use a method, as a sentence; empty: it can.
+// Reason why this library cannot use a method, one sentence; empty if it can.
 std::string objection_to_method(SolverMethod method);
 
 }  // namespace redysim

@@ -10,14 +10,14 @@ namespace redysim {
 // (model/read/compound_joint.hpp).
 enum class JointType { revolute, prismatic, screw, fixed };
 
-// Their names, in the field `joint` of model files and in drawings.
+// Names of the types in model files and in drawings.
 inline constexpr std::pair<const char*, JointType> joint_types[] = {{"revolute", JointType::revolute},
                                                                     {"prismatic", JointType::prismatic},
                                                                     {"screw", JointType::screw},
                                                                     {"fixed", JointType::fixed}};
 
 // Actuation of a joint: a torque input, a prescribed motion (inverse dynamics of that joint), locked at its
-// start position, or none.
+// start position, or free (no actuation).
 enum class Drive { torque, motion, locked, free };
 
 // Modified DH after Khalil and Kleinfinger (1986); parent frame to link frame:
@@ -26,15 +26,15 @@ struct DhParameters {
   double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
 };
 
-// The numbers of a joint that a master may set. tau_passive = -stiffness (q - rest) - damping qd - friction
-// and stops, whose laws are in dynamics/joint_force.hpp; armature adds to the mass matrix diagonal.
+// The parameters of a joint that an importer may set. tau_passive = -stiffness (q - rest) - damping qd -
+// friction and stop forces (dynamics/joint_force.hpp). armature is added to the diagonal of the mass matrix.
 template <class Scalar>
 struct JointParameters {
   Scalar q0 = 0, qd0 = 0;
   Scalar damping = 0, stiffness = 0, rest = 0, armature = 0;
   // N m or N; static_friction: maximum, at friction_velocity (rad/s or m/s); no peak if it is below friction
   Scalar friction = 0, static_friction = 0, friction_velocity = 0.01;
-  // stops at lower and upper; damping in s/rad or s/m; full stiffness from a depth of stop_width
+  // stops at lower and upper; damping in s/rad or s/m; full stiffness is reached at the depth stop_width
   Scalar lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
   Scalar stop_stiffness = 0, stop_damping = 0, stop_width = 0.01;
 
@@ -46,20 +46,20 @@ struct JointParameters {
   }
 };
 
-// The joint that carries its link; its axis is z of the link frame.
+// The joint between a link and its parent; its axis is the z axis of the link frame.
 struct Joint : JointParameters<double> {
   std::string name;
   JointType type = JointType::revolute;
   Drive drive = Drive::torque;
   DhParameters dh;
-  double pitch = 0;   // of a screw, m/rad
+  double pitch = 0;   // of a screw joint, m/rad
   bool hold = false;  // loop assembly does not change q0
   // part of a compound joint: axis k of the model file is axis (k + turned) % 3 of the link frame
   unsigned char turned = 0;
 };
 
-// S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. q adds
-// angular q to theta and linear q to d. `angular` is 1 or 0, and `linear` of a joint that does not turn is 1.
+// S = [angular e_z; linear e_z] in link axes: the twist of the link relative to its parent is S qd. A
+// displacement q adds angular q to theta and linear q to d. `angular` is 1 or 0; if it is 0, `linear` is 1.
 struct MotionSubspace {
   double angular, linear;
 };
@@ -83,7 +83,7 @@ inline bool is_prescribed(const Joint& joint) {
   return joint.drive == Drive::motion || joint.drive == Drive::locked;
 }
 
-// The coordinate of a joint that turns is an angle (rad, with N m), of any other a displacement (m, with N).
+// Whether the coordinate is an angle (rad, with N m); otherwise it is a displacement (m, with N).
 inline bool turns(const Joint& joint) { return motion_subspace(joint).angular != 0; }
 inline bool slides(const Joint& joint) { return motion_subspace(joint).linear != 0; }
 

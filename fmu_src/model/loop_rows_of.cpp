@@ -8,7 +8,7 @@ namespace redysim {
 
 namespace {
 
-constexpr double parallel = 1e-12;  // sine below which two axes count as parallel
+constexpr double parallel = 1e-12;  // two axes count as parallel if the sine between them is smaller
 
 // Whether every joint from `link` up to (not including) `stop` moves in planes normal to `normal`.
 bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link, int stop,
@@ -22,7 +22,7 @@ bool moves_in_plane(const Model& model, const std::vector<Pose>& poses, int link
   return true;
 }
 
-// Whether the orientation of `link` can only turn about `normal`.
+// Whether `link` can rotate about `normal` only.
 bool turns_about(const Model& model, const std::vector<Pose>& poses, int link, const Vec3<double>& normal) {
   for (; link != ground; link = model.links[link].parent)
     if (turns(model.links[link].joint) && poses[link].rotation.col(2).cross(normal).norm() > parallel)
@@ -57,7 +57,7 @@ LoopRows point_rows(const Model& model, const std::vector<Pose>& poses, const Lo
     out.rows.push_back(position_row(static_cast<int>(out.rows.size()), direction));
     out.rows.back().on_ground = true;
   }
-  // three directions span space; two span a plane, which a planar mechanism preserves
+  // three directions fix the point in space; two fix it in a plane, which a planar mechanism does not tilt
   const int meeting = meeting_link(model, loop.link_a, loop.link_b);
   if (meeting == ground || loop.directions.size() == 3) return out;
   const bool plane_kept =
@@ -67,7 +67,7 @@ LoopRows point_rows(const Model& model, const std::vector<Pose>& poses, const Lo
   return out;
 }
 
-// The right-handed frame (x made perpendicular to the axis, axis as z).
+// Right-handed frame with z along `axis` and x in the plane of `axis` and `x`.
 Mat3<double> joint_frame(const Vec3<double>& axis, const Vec3<double>& x) {
   Mat3<double> frame;
   frame.col(2) = axis.normalized();
@@ -76,7 +76,7 @@ Mat3<double> joint_frame(const Vec3<double>& axis, const Vec3<double>& x) {
   return frame;
 }
 
-// x as given; if it is parallel to the axis, any perpendicular vector.
+// Returns x, or any vector perpendicular to the axis if x is parallel to it.
 Vec3<double> across(const Vec3<double>& axis, const Vec3<double>& x) {
   return axis.cross(x).norm() > 1e-6 ? x : Vec3<double>(axis.unitOrthogonal());
 }

@@ -42,8 +42,8 @@ struct Link : LinkParameters<double> {
   int line = 0, column = 0;  // in the model file; 0: not from a file
 };
 
-// The state of a spherical joint: unit quaternion (w, x, y, z; link axes in the joint's DH frame) and angular
-// velocity in link axes, rad/s.
+// Start state of a spherical joint: unit quaternion (w, x, y, z; from link axes to the joint's DH frame) and
+// angular velocity in link axes, rad/s.
 template <class Scalar>
 struct BallStart {
   std::array<Scalar, 4> quaternion{1, 0, 0, 0};
@@ -56,21 +56,22 @@ struct BallStart {
   }
 };
 
-// A spherical joint as the reader builds it: four revolute joints on consecutive links, `chart` (0 or 90 deg
-// about x, set by the simulation), then z, x, y.
+// A spherical joint in the model: four revolute joints on consecutive links. The first, `chart`, is about x
+// and set to 0 or 90 deg by the simulation; the others are about z, x and y.
 struct Ball : BallStart<double> {
-  std::string name;  // of the joint
+  std::string name;  // of the spherical joint
   int chart_link = 0;
-  bool driven = true;  // takes a torque, in link axes
+  bool driven = true;  // has a torque input, in link axes
 };
 
-// `point` constrains the given directions of the ground frame only; the others are named after the cut joint.
+// `point` constrains only the given directions of the ground frame; the other types are named after the
+// joint.
 enum class LoopType { point, spherical, revolute, prismatic, cylindrical, universal, fixed };
 
-// A cut joint between link a and link b (or ground). Points in m in the link's frame. `axis` is the cut
-// joint's axis and `x` a second direction that fixes the rotation about it, each in the frame of the
-// link named by the suffix; they coincide when the loop is closed. For `universal`, axis_a and axis_b
-// are the two axes of the cross and stay perpendicular.
+// A cut joint between link a and link b (or ground). Points are in m in the frame of the link. `axis` is the
+// axis of the joint, `x` a second direction that defines the rotation about it, each in the frame of its
+// link. They coincide in the closed loop. For `universal`, axis_a and axis_b are the two axes of the cross
+// and stay perpendicular.
 struct Loop {
   std::string name;
   LoopType type = LoopType::spherical;
@@ -82,7 +83,7 @@ struct Loop {
   int line = 0, column = 0;              // in the model file; 0: not from a file
 };
 
-// Tension k (l - rest_length) + c dl/dt along the line between two points.
+// A spring-damper with tension k (l - rest_length) + c dl/dt along the line between two points.
 struct SpringDamper {
   std::string name;
   int link_a = ground, link_b = ground;
@@ -90,14 +91,15 @@ struct SpringDamper {
   double stiffness = 0, damping = 0, rest_length = 0;
 };
 
-// y = sum of ratios[i] q[i] - offset over joints with one DOF each, in rad and m. Rigid: y = 0. Elastic: the
-// force F(y, y') acts as -ratios[i] F on each joint (dynamics/elastic_coupling.hpp).
+// y = sum of ratios[i] q[i] - offset, over joints with one DOF each, q in rad or m. A rigid coupling enforces
+// y = 0. An elastic coupling has the force F(y, y') and acts on each joint with -ratios[i] F
+// (dynamics/elastic_coupling.hpp).
 struct Coupling {
   std::string name;
-  std::vector<int> links;  // of the joints
+  std::vector<int> links;  // the links of the coupled joints
   std::vector<double> ratios;
   double offset = 0;
-  double stiffness = 0;  // of y; 0: rigid
+  double stiffness = 0;  // relative to y; 0: rigid
   double damping = 0, backlash = 0, width = 0;
   int line = 0, column = 0;  // in the model file; 0: not from a file
 
@@ -105,7 +107,7 @@ struct Coupling {
 };
 
 // A spring-damper in all six directions between frame a and frame b, along the axes of frame a
-// (dynamics/bushing.hpp); rotations: columns are the frame's axes in the link's frame.
+// (dynamics/bushing.hpp). The columns of a rotation are the axes of the frame in the frame of its link.
 struct Bushing {
   std::string name;
   int link_a = ground, link_b = ground;
@@ -115,7 +117,7 @@ struct Bushing {
   Vec3<double> damping = Vec3<double>::Zero(), turning_damping = Vec3<double>::Zero();
 };
 
-// A named frame on a link: outputs of its motion on request, and a port for force and torque.
+// A named frame on a link, with optional outputs of its motion and optional inputs for force and torque.
 struct Frame {
   enum class Port { none, ground_axes, frame_axes };
   std::string name;
@@ -127,8 +129,8 @@ struct Frame {
   bool velocity = false;      // outputs velocity and angular_velocity
   bool acceleration = false;  // outputs acceleration and angular_acceleration
   bool imu = false;           // outputs proper_acceleration and angular_rate
-  bool wrench = false;        // outputs sensed_force and sensed_torque; the link is fixed
-  bool power = false;         // output power, of the wrench of the port
+  bool wrench = false;        // outputs sensed_force and sensed_torque; requires a fixed joint
+  bool power = false;         // output power of the input force and torque
   bool jacobian = false, jacobian_rate = false, inverse_inertia = false;
   Port port = Port::none;  // inputs force and torque
 };
@@ -139,31 +141,31 @@ struct SolverSettings {
   SolverMethod method = SolverMethod::automatic;
   double rtol = 1e-6;
   double atol = 1e-8;
-  double max_step = 0;      // s; 0: no bound
-  double max_rhs = 0;       // right-hand sides of a communication step; 0: no bound
-  double target_error = 0;  // m or rad: the packager selects rtol accordingly; 0: none, or rtol is given
+  double max_step = 0;      // s; 0: unlimited
+  double max_rhs = 0;       // maximum right-hand sides per communication step; 0: unlimited
+  double target_error = 0;  // m or rad; the packager selects rtol for it; 0: none or rtol is given
 };
 
 // Output groups and settings of the FMU. Group names as in docs/model_file.md.
 struct FmuSettings {
   OutputGroups outputs = OutputGroups::by_default();
   bool shows(OutputGroup group) const { return outputs.has(group); }
-  std::vector<std::string> tunable;        // parameters such as "link3.mass" that a master may change
+  std::vector<std::string> tunable;        // parameters that an importer may change, such as "link3.mass"
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
   static constexpr const char* origin_fields[] = {"version", "author", "license", "copyright"};
-  std::vector<std::string> origin;  // the text of each; empty: not given
+  std::vector<std::string> origin;  // the texts of origin_fields; empty if not given
 };
 
 // Reference solution of `build-fmu report`.
 struct ReportSettings {
-  std::string reference;  // a CSV beside the model file; empty: none
+  std::string reference;  // CSV file in the folder of the model file; empty: none
 };
 
 struct Model {
   std::string name;
   std::string description;
   Vec3<double> gravity = {0, 0, -9.81};  // m/s^2 in the ground frame
-  bool starts_in_equilibrium = false;    // near the start positions
+  bool starts_in_equilibrium = false;    // starts at the equilibrium near the start positions
   std::vector<Link> links;               // parent index < own index
   std::vector<Loop> loops;
   std::vector<Coupling> couplings;

@@ -4,7 +4,7 @@
 
 namespace redysim {
 
-// Why a model has no model exchange, as a sentence; null: it has.
+// Reason why a model does not support model exchange, one sentence; null if it does.
 inline const char* objection_to_model_exchange(const Model& model) {
   for (const Contact& contact : model.contacts)
     if (contact.law == Contact::Law::redysim)

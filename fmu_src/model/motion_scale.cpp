@@ -13,7 +13,7 @@ struct Moved {
   double mass = 0, size = 0;  // kg, m
 };
 
-// The links that a joint moves.
+// Mass and size of the links that the joint of link `first` moves.
 Moved moved_by(const Model& model, const Parameters<double>& parameters, int first) {
   Moved moved;
   std::vector<bool> carried(model.links.size(), false);
@@ -23,7 +23,7 @@ Moved moved_by(const Model& model, const Parameters<double>& parameters, int fir
     const bool own = static_cast<int>(i) == first;
     if (!own && (link.parent == ground || !carried[static_cast<std::size_t>(link.parent)])) continue;
     carried[i] = true;
-    // where the link sits on its carrier
+    // distance of the link from its parent
     if (!own) moved.size = std::max({moved.size, std::fabs(dh.a), std::fabs(dh.b), std::fabs(dh.d)});
     const auto& [mass, com, inertia] = parameters.links[i];
     if (!(mass > 0)) continue;
@@ -41,7 +41,7 @@ double motion_scale(const Model& model, const Parameters<double>& parameters, in
   const JointParameters<double>& joint = parameters.joints[static_cast<std::size_t>(link)];
   const Moved moved = moved_by(model, parameters, link);
   double scale = 0;
-  // what it starts with against its spring, the way between its stops, the size of what it moves
+  // amplitude of the start motion on the spring, else distance of the stops, else size of the moved links
   if (joint.stiffness > 0)
     scale = std::max({std::fabs(joint.q0), std::fabs(joint.q0 - joint.rest),
                       std::fabs(joint.qd0) * std::sqrt((moved.mass + joint.armature) / joint.stiffness)});

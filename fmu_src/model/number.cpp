@@ -7,12 +7,12 @@
 namespace redysim {
 namespace {
 
-// std::to_chars would bring 140 kB of tables into every FMU; printf brings the locale's decimal point.
+// std::to_chars would add 140 kB of tables to every FMU; printf uses the decimal separator of the locale.
 std::string printed(double number, int digits) {
   char text[40];
   std::snprintf(text, sizeof text, "%.*g", digits, number);
   std::string result;
-  bool in_point = false;  // which may be several bytes long
+  bool in_point = false;  // inside the decimal separator, which may have several bytes
   for (const char* c = text; *c; ++c) {
     const bool plain = (*c >= '0' && *c <= '9') || (*c >= 'a' && *c <= 'z') || *c == '-' || *c == '+';
     if (plain || !in_point) result += plain ? *c : '.';

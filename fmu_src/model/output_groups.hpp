@@ -14,7 +14,7 @@ enum class OutputGroup : unsigned char {
   actuator,
   step_jacobian,
   parameter_jacobian,
-  state,  // by `[fmu] tunable`
+  state,  // enabled by `[fmu] tunable`
   mass_matrix,
   bias,
   gravity_torque,
@@ -28,7 +28,7 @@ enum class OutputGroup : unsigned char {
 struct OutputGroupRow {
   const char* name;
   OutputGroup group;
-  bool by_default;  // where the model file has no list
+  bool by_default;  // shown if the model file has no list
 };
 
 inline constexpr OutputGroupRow output_groups[] = {

@@ -5,7 +5,7 @@
 namespace redysim {
 namespace {
 
-// The ball whose four joints contain that of a link; null: none.
+// The spherical joint that contains the joint of this link; null if there is none.
 const Ball* ball_of(const Model& model, std::size_t link) {
   const int at = static_cast<int>(link);
   for (const Ball& ball : model.balls)

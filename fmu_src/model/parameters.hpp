@@ -15,16 +15,15 @@ auto cast_each(const std::vector<Part>& parts) {
   return result;
 }
 
-// A state that a master gives (tunable "state"); empty: none can be given. Positions and velocities of the
-// tree in the order of its joints, a spherical joint as quaternion and angular velocity, then the states of
-// actuators.
+// A state that an importer sets (tunable "state"); empty if this is not enabled. Positions and velocities are
+// in joint order, with quaternion and angular velocity for a spherical joint; then the actuator states.
 struct StateToApply {
   std::vector<double> q, qd, actuator;
-  double number = 0;  // when it changes, the state is applied
+  double number = 0;  // the state is applied when this number changes
 };
 
-// The numbers of a model that a master may set. On dual numbers each of them carries its derivative along one
-// direction, and so does all that is computed from them.
+// The values of a model that an importer may set. With dual numbers each value carries its derivative in one
+// direction, and so do all results computed from it.
 template <class Scalar>
 struct Parameters {
   Vec3<Scalar> gravity;
@@ -35,7 +34,7 @@ struct Parameters {
   std::vector<ContactParameters<Scalar>> contacts;
   std::vector<ActuatorOf<Scalar>> actuators;
   SolverSettings solver;
-  StateToApply state;  // without derivatives
+  StateToApply state;  // always without derivatives
 
   template <class Other>
   Parameters<Other> cast() const {

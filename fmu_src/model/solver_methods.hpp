@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-// The words of `solver.method`.
+// Names of the methods in `solver.method`.
 inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {
     {"erk", SolverMethod::erk},
     {"adams", SolverMethod::adams},
@@ -20,8 +20,8 @@ inline constexpr std::pair<const char*, SolverMethod> solver_methods[] = {
 const char* method_name(SolverMethod method);
 bool parse_method(const char* text, SolverMethod& method);  // false: unknown
 
-// Why `max_rhs` is impossible, as a sentence about it; empty: it is not. The smallest one allows a step of
-// order 5 and the evaluation that guesses the first step size.
+// Reason why this `max_rhs` is not possible, one sentence; empty if it is. The smallest possible value allows
+// one step of order 5 and the evaluation that estimates the first step size.
 inline constexpr int smallest_max_rhs = 8;
 std::string objection_to_max_rhs(const SolverSettings& settings);
 

@@ -7,10 +7,10 @@
 
 namespace redysim {
 
-// The last link of a Ball, whose pose includes the quaternion; the four joints before it are at zero.
+// The last link of a Ball. Its pose includes the quaternion; the four joints before it are at zero.
 int turned_link(const Ball& ball);
 
-// Ground to link frame of each link at the start values.
+// Pose of each link at the start values, from link frame to ground frame.
 std::vector<Pose> start_poses(const Model& model);
 
 }  // namespace redysim

@@ -6,9 +6,9 @@
 namespace redysim {
 namespace {
 
-constexpr double torque_width = 0.05, speed_width = 0.05, play_width = 0.1;  // of the limit, of the backlash
+constexpr double torque_width = 0.05, speed_width = 0.05, play_width = 0.1;  // relative to limit or backlash
 
-// The link of the driven joint; -1 with a finding.
+// Link of the driven joint; -1 after reporting an error.
 int read_joint(Section& section, const Model& model, bool inverse) {
   section.require("joint");
   const std::string name = section.text("joint");
@@ -26,7 +26,7 @@ void require(Section& section, const char* key, const char* with) {
     section.error(with, std::string(key) + " is required with " + with);
 }
 
-// An elastic gear's rotor is no part of the recursion; that of a sliding joint would couple to its velocity.
+// An elastic gear's rotor is not part of the recursion; on a prismatic joint it would couple to the velocity.
 void read_gyroscopic(Section& section, const Joint& joint, Actuator& actuator) {
   actuator.gyroscopic = section.flag("gyroscopic", false);
   require(section, "rotor_inertia", "gyroscopic");

@@ -10,7 +10,7 @@
 
 namespace redysim {
 
-// The numbers of an actuator that can be tunable, as "<joint>.<name>", where it has them.
+// A parameter of an actuator that can be tunable as "<joint>.<name>", and whether an actuator has it.
 struct ActuatorNumber {
   const char* name;
   bool (Actuator::*there)() const;
@@ -23,10 +23,10 @@ inline constexpr ActuatorNumber actuator_numbers[] = {
     {"time_constant", &Actuator::lags},         {"resistance", &Actuator::is_electric},
     {"inductance", &Actuator::has_inductance},  {"torque_constant", &Actuator::is_electric}};
 
-// Requires the links and spherical joints of `model`. `inverse`: prescribed joints may have an actuator.
+// Reads the [[actuator]] tables; `model` must contain its links. `inverse`: prescribed joints may have one.
 std::vector<Actuator> read_actuators(Section& top, const Model& model, bool inverse, Findings& findings);
 
-// Refuses a controller whose torque would be the voltage of a motor.
+// Reports a controller that computes torques for a joint whose motor takes a voltage.
 void check_controlled_actuators(Section& top, const Model& model, Findings& findings);
 
 }  // namespace redysim

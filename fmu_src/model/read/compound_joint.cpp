@@ -10,7 +10,7 @@
 namespace redysim {
 namespace {
 
-// One DOF: its type and the DH frame's axis it moves about or along (0 x, 1 y, 2 z).
+// One DOF: its type and its axis in the DH frame (0 x, 1 y, 2 z).
 struct Dof {
   JointType type;
   int axis;
@@ -33,7 +33,7 @@ std::vector<Dof> dofs_of(CompoundType type) {
   return {};
 }
 
-// The frame whose z is the given axis: a cyclic permutation of the axes.
+// Rotation to a frame whose z axis is the given axis, by cyclic permutation of the axes.
 Pose z_along(int axis) {
   Pose pose;
   for (int k = 0; k < 3; ++k) pose.rotation.col(k) = Vec3<double>::Unit((k + axis + 1) % 3);
@@ -49,7 +49,7 @@ std::array<double, 4> quaternion_of(double phi, double theta, double psi) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-// q of a joint with a Ball: its translations, then a quaternion (4) or the angles phi, theta, psi (3).
+// Reads q of a joint with a Ball: translations, then a quaternion (4) or the angles phi, theta, psi (3).
 void read_ball_position(LinkDraft& draft, double unit) {
   Section& section = draft.section;
   const std::size_t slides = draft.dofs.size();
@@ -90,7 +90,7 @@ void read_ball_velocity(LinkDraft& draft, double unit) {
   for (std::size_t k = 0; k < 3; ++k) draft.ball.omega[k] = unit * given[slides + k];
 }
 
-// A massless link on a joint with one DOF.
+// A massless link with a joint of one DOF.
 LinkDraft carrier(const LinkDraft& of, const Dof& dof, const Pose& frame, int parent,
                   const std::string& index) {
   LinkDraft draft{of.link, {}, of.section, {}, {}, {}};
@@ -130,13 +130,13 @@ void read_compound(LinkDraft& draft, bool degrees) {
 
 namespace {
 
-// Appends the massless links of a compound joint, and its ball; the link itself moves to the last of them.
+// Appends the massless links and the Ball of a compound joint; the link itself becomes fixed to the last one.
 void add_carriers(LinkDraft& draft, std::vector<LinkDraft>& links, std::vector<Ball>& balls) {
   const bool with_ball = has_ball(*draft.compound);
   const std::vector<Dof> dofs = dofs_of(*draft.compound);
   const std::size_t ball_at = with_ball ? dofs.size() - 4 : dofs.size();
   int parent = draft.link.parent;
-  Pose frame = pose_of(draft.link.joint.dh);  // of the next carrier in the one before
+  Pose frame = pose_of(draft.link.joint.dh);  // of the next massless link relative to the previous one
   for (std::size_t k = 0; k < dofs.size(); ++k) {
     const bool of_ball = k >= ball_at;
     const std::string index = !of_ball       ? "[" + std::to_string(k + 1) + "]"
@@ -150,7 +150,7 @@ void add_carriers(LinkDraft& draft, std::vector<LinkDraft>& links, std::vector<B
       joint.drive = k == ball_at ? Drive::locked : Drive::free;
       continue;
     }
-    joint.turned = static_cast<unsigned char>(2 - dofs[k].axis);  // see z_along
+    joint.turned = static_cast<unsigned char>(2 - dofs[k].axis);  // cyclic shift of z_along
     for (const JointParameter& parameter : joint_parameters)
       joint.*parameter.value = draft.dofs[k].*parameter.value;
   }

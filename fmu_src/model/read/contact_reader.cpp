@@ -9,7 +9,7 @@
 namespace redysim {
 namespace {
 
-// Heights in m: one line a row of the grid. Returns the error, or an empty string.
+// Reads heights in m, one grid row per line. Returns the error, or an empty string.
 std::string read_heights(const std::string& text, double spacing, std::shared_ptr<const BicubicSpline>& to) {
   std::vector<double> heights;
   std::size_t rows = 0, columns = 0, line_number = 0;
@@ -42,8 +42,8 @@ std::string read_heights(const std::string& text, double spacing, std::shared_pt
   return {};
 }
 
-// The rotation that takes the z axis to `z` the shortest way: a level plane keeps the axes of its link. Of a
-// z below the horizon the opposite one, turned over.
+// The shortest rotation of the z axis to `z`, so that a horizontal plane keeps the axes of its link. If z
+// points down, the rotation is that of -z, with the z and y axes reversed.
 Mat3<double> frame_along(const Vec3<double>& z) {
   const bool below = z.z() < 0;
   const Vec3<double> up = below ? Vec3<double>(-z) : z;
@@ -54,7 +54,7 @@ Mat3<double> frame_along(const Vec3<double>& z) {
   return frame;
 }
 
-// Reads one shape, whose fields end in `side`, "_a" or "_b".
+// Reads the fields of one shape, whose names end in `side`, "_a" or "_b".
 class ShapeReader {
  public:
   ShapeReader(Section& section, const char* side, bool degrees)
@@ -99,7 +99,7 @@ class ShapeReader {
  private:
   std::string key(const char* field) const { return field + side_; }
 
-  // Of a misspelled shape, whose fields are not known, none is required or refused.
+  // If the shape's name is misspelled, its fields are unknown: none is required and none is refused.
   void allow_all_fields() {
     for (const char* field : {"axis", "normal", "points", "radius", "rpy", "size", "tube"})
       section_.allow(key(field));
@@ -167,7 +167,7 @@ class ShapeReader {
 
   Section& section_;
   std::string side_, kind_;
-  bool word_known_ = true;  // of the shape
+  bool word_known_ = true;  // whether the name of the shape is known
   bool degrees_;
 };
 
@@ -209,7 +209,7 @@ void read_outputs(Section& section, Contact& contact) {
   contact.shows_slip = shown[4];
 }
 
-// The kinds of shape_b that shape_a may touch; the last one remains in the contact, which is refused.
+// Names of the shapes that shape_a can touch. Overwrites contact.b.kind; the caller refuses the contact.
 [[gnu::cold]] std::string partners_of(Contact& contact) {
   std::string words;
   for (const auto& [word, kind] : shape_kinds) {

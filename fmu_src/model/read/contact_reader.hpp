@@ -9,8 +9,8 @@
 
 namespace redysim {
 
-// Reads all [[contact]] tables and the height maps that they name. Every error becomes a finding. `folder`
-// and `files`: attached_file.hpp.
+// Reads all [[contact]] tables and their height maps. All errors become findings. `folder` and `files`: see
+// attached_file.hpp.
 std::vector<Contact> read_contacts(Section& top, const LinkTable& links, bool degrees, Names& names,
                                    const std::string& folder, std::vector<AttachedFile>& files,
                                    Findings& findings);

@@ -15,7 +15,7 @@ bool is_driven(const Model& model, std::size_t link, bool inverse) {
   return moves(joint) && (joint.drive == Drive::torque || (inverse && joint.drive == Drive::motion));
 }
 
-// The listed joints, or all with drive torque.
+// Reads the listed joints; without a list, all joints with drive torque.
 std::vector<ControlledJoint> read_joints(Section& section, const Model& model, bool inverse) {
   std::vector<ControlledJoint> joints;
   const auto add = [&](int link) {
@@ -46,7 +46,7 @@ std::vector<ControlledJoint> read_joints(Section& section, const Model& model, b
   return joints;
 }
 
-// Feed-forward requires the reference of every free joint.
+// Reports a free joint without a reference, which feed-forward requires.
 void check_feed_forward(Section& section, const Model& model, const Controller& controller) {
   if (model.has_constraints()) {
     section.error("law",
@@ -85,7 +85,7 @@ void drop_tunable(Model& model, int link, const char* field) {
 
 void read_sampling(Section& section, Controller& controller) {
   constexpr double shortest = 1e-6;  // s
-  constexpr int longest = 1000;      // delay, of the sample time
+  constexpr int longest = 1000;      // maximum of delay / sample_time
   controller.sample_time = section.number("sample_time", 0, Bound::positive);
   controller.delay = section.number("delay", 0, Bound::not_negative);
   const bool sampled = controller.sample_time > 0;

@@ -5,15 +5,15 @@
 
 namespace redysim {
 
-// [controller]; `model` holds the links, loops, balls and trajectories. `inverse`: drives that were torques
-// have become motions.
+// Reads [controller]; `model` must contain links, loops, balls and trajectories. `inverse`: drives that were
+// torques have become motions.
 Controller read_controller(Section& top, const Model& model, bool degrees, bool inverse, Findings& findings);
 
-// Warns of trajectories that nothing follows.
+// Warns about trajectories that no joint or controller uses.
 void check_trajectories(Section& top, const Model& model, Findings& findings);
 
-// The inverse of a model takes motions where its controller and actuators gave torques: the controller goes,
-// and the tunable numbers of both.
+// Removes the controller and the tunable parameters of controller and actuators from an inverse model, in
+// which their joints have prescribed motions.
 void drop_drives(Model& model);
 
 }  // namespace redysim

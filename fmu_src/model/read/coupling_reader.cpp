@@ -8,7 +8,7 @@
 namespace redysim {
 namespace {
 
-constexpr double default_width = 0.1;  // of the backlash
+constexpr double default_width = 0.1;  // relative to the backlash
 
 void read_joints(Coupling& coupling, Section& section, const JointIndex& index) {
   if (!section.has("joints")) section.error("joints", "joints is required (a list of two or more joints)");
@@ -33,7 +33,7 @@ void read_ratios(Coupling& coupling, Section& section, bool joints_are_sound) {
     section.error("ratios", "ratios must not be 0");
 }
 
-// The fields of an elastic coupling.
+// Reads the fields of an elastic coupling.
 void read_elasticity(Coupling& coupling, Section& section) {
   coupling.stiffness = section.number("stiffness", 0, Bound::positive);
   coupling.damping = section.number("damping", 0, Bound::not_negative);
@@ -62,12 +62,12 @@ Coupling read_coupling(Section section, const std::string& label, const JointInd
   return coupling;
 }
 
-// The rigid couplings as the rows [ratios | offset] of a linear system, which is reduced row by row.
+// The rigid couplings as rows [ratios | offset] of a linear system, reduced row by row.
 class CouplingRows {
  public:
   explicit CouplingRows(std::size_t link_count) : link_count_(link_count) {}
 
-  // What a row adds to the previous ones.
+  // Whether a row is independent of the previous ones, follows from them, or contradicts them.
   enum class Rank { independent, repeated, contradictory };
   Rank add(const Coupling& coupling) {
     std::vector<double> row(link_count_ + 1, 0.0);
@@ -94,7 +94,7 @@ class CouplingRows {
   }
 
  private:
-  static constexpr double rounding = 1e-9;  // typed precision
+  static constexpr double rounding = 1e-9;  // relative precision of the numbers in the file
   struct Reduced {
     std::vector<double> row;
     std::size_t pivot;

@@ -9,8 +9,8 @@
 
 namespace redysim {
 
-// Between joints of `model.links`. Rigid couplings that contradict each other are errors, repeated ones
-// warnings.
+// Reads couplings between joints of `model.links`. Rigid couplings that contradict each other are errors;
+// redundant ones cause a warning.
 std::vector<Coupling> read_couplings(Section& top, const Model& model, Names& names, Findings& findings);
 
 }  // namespace redysim

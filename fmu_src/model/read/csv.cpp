@@ -20,7 +20,7 @@ std::vector<std::string> csv_cells(const std::string& line) {
   return out;
 }
 
-// In any locale, whose decimal separator may be a comma.
+// Does not depend on the locale, whose decimal separator may be a comma.
 bool csv_number(const std::string& cell, double& value) {
   const char* first = cell.c_str();
   const char* const last = first + cell.size();

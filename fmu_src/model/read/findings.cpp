@@ -6,7 +6,7 @@
 namespace redysim {
 namespace {
 
-// Behind those of the same place and of earlier ones.
+// Inserts after all entries with the same or an earlier place.
 void insert(std::vector<Diagnostic>& diagnostics, Diagnostic added) {
   auto at = diagnostics.end();
   while (at != diagnostics.begin() &&

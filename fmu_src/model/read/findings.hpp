@@ -13,7 +13,7 @@ struct Place {
   int line = 0, column = 0;
 };
 
-// Collects all errors and warnings of a file.
+// Collects all errors and warnings about a file.
 class Findings {
  public:
   explicit Findings(std::string file) : file_(std::move(file)) {}
@@ -22,7 +22,7 @@ class Findings {
   void warn(Place place, std::string message);
   std::size_t error_count() const { return errors_.size(); }
 
-  // In file order.
+  // in the order of the file
   const std::vector<Diagnostic>& errors() const { return errors_; }
   const std::vector<Diagnostic>& warnings() const { return warnings_; }
 

@@ -7,7 +7,7 @@
 namespace redysim {
 namespace {
 
-// FNV-1a over the interface version and the bytes, then MurmurHash3's final mix.
+// FNV-1a over the interface version and the bytes, then the final mixing of MurmurHash3.
 std::uint64_t hash(const std::string& source, std::uint64_t basis) {
   unsigned char version[4];
   for (int i = 0; i < 4; ++i) version[i] = static_cast<unsigned char>(interface_version >> (8 * i));

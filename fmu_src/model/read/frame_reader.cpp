@@ -22,7 +22,7 @@ void read_outputs(Section& section, Frame& frame) {
   frame.power = shown[9];
 }
 
-// A wrist sensor is a fixed joint. A joint with several DOF consists of links "<name>[1]", ...
+// A wrist sensor requires a fixed joint. A joint with several DOF consists of links "<name>[1]", ...
 void check_sensor(Section& section, const Frame& frame, const LinkTable& links) {
   if (!frame.wrench || links.carriers.empty()) return;
   const std::string& name = links.names[frame.link];
@@ -35,7 +35,7 @@ void check_sensor(Section& section, const Frame& frame, const LinkTable& links) 
                       "' can move relative to its parent");
 }
 
-// The factors of the mass matrix know the tree only.
+// The factors of the mass matrix do not include constraints.
 void check_inertia(Section& section, const Frame& frame, const Model& model) {
   if (frame.inverse_inertia && model.has_constraints())
     section.error("outputs",

@@ -10,7 +10,7 @@
 
 namespace redysim {
 
-// Reads all [[frame]] tables, after loops and couplings. Every error becomes a finding.
+// Reads all [[frame]] tables; loops and couplings of `model` must be read before. All errors become findings.
 std::vector<Frame> read_frames(Section& top, const Model& model, const LinkTable& links, bool degrees,
                                Names& names, Findings& findings);
 

@@ -11,7 +11,7 @@
 namespace redysim {
 namespace {
 
-// A field, and those of which one must differ from zero for an effect. Without a field: the whole table.
+// `field` has no effect unless one of the fields in `needs` is nonzero. Empty `field`: the whole table.
 struct Need {
   const char *table, *field, *needs;
 };
@@ -38,7 +38,7 @@ bool is_nonzero(const Value& table, const std::string& field) {
   return value && is_nonzero(*value);
 }
 
-// Reads one file.
+// Checks one file.
 class IdleFields {
  public:
   IdleFields(const Value& document, const Model& model, Findings& findings)
@@ -61,7 +61,7 @@ class IdleFields {
   }
 
  private:
-  // Any joint or contact of the model that makes `field` tunable counts.
+  // Whether any joint or contact of the model has `field` as a tunable parameter.
   bool is_tunable(const std::string& field) const {
     const auto is_it = [&](const std::string& name) { return name.substr(name.rfind('.') + 1) == field; };
     return std::any_of(model_.fmu.tunable.begin(), model_.fmu.tunable.end(), is_it);
@@ -85,14 +85,14 @@ class IdleFields {
   }
 
   void check_joint(const Value& table, Section& section) {
-    if (section.text("joint") == "fixed") return;  // warned about by the reader
+    if (section.text("joint") == "fixed") return;  // the reader has already warned
     if (section.text("drive") == "locked" && is_nonzero(table, "qd"))
       section.warn_idle("qd", "on a locked joint");
     if (section.flag("hold", false) && !model_.has_constraints())
       section.warn_idle("hold", "without loops and rigid couplings");
   }
 
-  // Groups of outputs without variables.
+  // Warns about output groups that contain no variables.
   void check_outputs(const Value& fmu) {
     const bool acts = std::any_of(model_.actuators.begin(), model_.actuators.end(),
                                   [](const Actuator& actuator) { return actuator.acts(); });
@@ -107,7 +107,7 @@ class IdleFields {
           findings_.warn(place, "fmu: outputs '" + word + "' has no effect without " + without);
   }
 
-  // Turning joints only; in lists those whose numbers are all angles.
+  // Only rotating joints, and of joints with several DOF those whose coordinates are all angles.
   bool takes_angle(const Value& table, Section& section) const {
     if (!table.find("type")) {
       const std::string joint = section.text("joint", "revolute");
@@ -119,7 +119,7 @@ class IdleFields {
     });
   }
 
-  // Multiples of 15 beyond a full turn are hardly radians. A given unit is believed.
+  // A multiple of 15 above 2 pi is hardly an angle in radians. No check if the file gives the unit.
   void check_degrees(const Value& table, Section& section) {
     if (document_.find("angle_unit")) return;
     const bool angle = takes_angle(table, section);

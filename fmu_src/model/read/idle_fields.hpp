@@ -8,9 +8,9 @@
 
 namespace redysim {
 
-// Warnings about fields that read_model_file accepts and that have no effect, or look like degrees where
-// angles are in radians. `file` is a valid model file, `model` what was read from it. Not part of
-// read_model_file, because the library has no use for them.
+// Warns about fields that read_model_file accepts but that have no effect, and about numbers in radians that
+// look like degrees. `file`: a valid model file; `model`: the result of reading it. Separate from
+// read_model_file because the library does not need these warnings.
 std::vector<Diagnostic> idle_fields(const std::string& file, const Model& model);
 
 // The same for text in memory; `name` stands for the file in messages.

@@ -9,7 +9,7 @@
 
 namespace redysim {
 
-// Whether one of `parts`, for example of the trajectories, belongs to the joint of this link.
+// Whether one of `parts`, for example a trajectory, belongs to the joint of this link.
 template <class Part>
 bool has_part_of(const std::vector<Part>& parts, int link) {
   for (const Part& part : parts)
@@ -17,12 +17,12 @@ bool has_part_of(const std::vector<Part>& parts, int link) {
   return false;
 }
 
-// The moving joints with one DOF, by name.
+// Finds the moving joints with one DOF by name.
 class JointIndex {
  public:
   explicit JointIndex(const Model& model);
 
-  // The link whose joint has this name, or -1 with a finding at `place`.
+  // Link whose joint has this name, or -1 after reporting an error at `place`.
   int find(const std::string& name, std::string_view key, Place place, Section& section) const;
 
  private:

@@ -9,7 +9,7 @@ namespace redysim {
 
 // A numeric field of a joint with one DOF.
 struct JointParameter {
-  // The angle unit of the file applies to positions and velocities of joints that turn.
+  // Positions and velocities of rotating joints are in the angle unit of the file.
   enum class Kind { position, velocity, other };
   const char* name;
   double Joint::*value;
@@ -35,11 +35,11 @@ inline constexpr JointParameter joint_parameters[] = {
     {"stop_width", &Joint::stop_width, JointParameter::Kind::position, Bound::positive},
 };
 
-// Reads and checks the parameters of a joint with one DOF, whose type and drive are known. `degrees`: angles
-// are in degrees.
+// Reads and checks the parameters of a joint with one DOF; type and drive must be set. `degrees`: angles are
+// in degrees.
 void read_joint_parameters(Section& section, Joint& joint, bool degrees);
 
-// The same for several DOF: each field is a list with one number per DOF; an infinite stop is omitted.
+// The same for several DOF: each field is a list with one number per DOF, and stops may be infinite.
 void read_joint_parameters(Section& section, std::vector<Joint>& dofs, bool degrees);
 
 }  // namespace redysim

@@ -14,8 +14,8 @@ namespace {
 
 double to_radians(double angle, bool degrees) { return degrees ? angle * pi / 180 : angle; }
 
-// A constant angle beyond a full turn is one in degrees; one that is pi/2 to 5 digits, or a multiple, is one
-// in radians.
+// Warns if a constant angle in radians exceeds a full turn (probably degrees), or if an angle in degrees is a
+// multiple of pi/2 to 5 digits (probably radians).
 double read_angle(Section& section, const char* key, bool degrees) {
   const double angle = section.number(key, 0);
   const auto text = [&] { return std::string(key) + " = " + shown(angle); };
@@ -38,7 +38,7 @@ DhParameters read_dh(Section& section, bool degrees) {
   return dh;
 }
 
-// m/rad, whatever the angle unit.
+// In m/rad, also if angles are in degrees.
 double read_pitch(Section& section, JointType type) {
   const double pitch = section.number("pitch", 1);
   if (type != JointType::screw) {

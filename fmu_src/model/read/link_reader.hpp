@@ -9,20 +9,20 @@
 
 namespace redysim {
 
-// Joints of several degrees of freedom in a model file.
+// Joints with several degrees of freedom in a model file.
 enum class CompoundType { universal, cylindrical, planar, spherical, free };
 
-// A [[link]] as read, its parent still a name.
+// A [[link]] table as read; its parent is still given by name.
 struct LinkDraft {
   Link link;
-  std::string parent;  // empty: the link before, or ground for the first
+  std::string parent;  // empty: the previous link, or ground for the first link
   Section section;
-  std::optional<CompoundType> compound;  // the joint, until it is replaced
-  std::vector<Joint> dofs;  // type and parameters of each DOF of a compound joint, without its Ball
-  Ball ball;                // its start values
+  std::optional<CompoundType> compound;  // type of a compound joint until it is expanded
+  std::vector<Joint> dofs;               // type and parameters of each DOF without the Ball
+  Ball ball;                             // start values of the Ball
 };
 
-// All [[link]] tables in file order. `degrees`: the file's angles are in degrees.
+// Reads all [[link]] tables in file order. `degrees`: angles in the file are in degrees.
 std::vector<LinkDraft> read_links(Section& top, bool degrees, Names& names, Findings& findings);
 
 }  // namespace redysim

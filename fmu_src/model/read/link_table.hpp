@@ -7,14 +7,14 @@
 
 namespace redysim {
 
-// What loops, springs and contacts need to know of the links.
+// Names and rigid connections of the links, for the readers of loops, springs and contacts.
 struct LinkTable {
   LinkIndex index;
-  std::vector<int> carriers;       // rigid_carriers(); empty: unknown, do not check
+  std::vector<int> carriers;       // rigid_carriers(); empty: unknown, no check
   std::vector<std::string> names;  // by link index
 };
 
-// Why nothing can move between two links; empty if something can.
+// Reason why two links cannot move relative to each other; empty if they can.
 std::string rigid_pair(int a, int b, const LinkTable& links);
 
 }  // namespace redysim

@@ -6,7 +6,7 @@
 namespace redysim {
 namespace {
 
-// The two ends that loops, springs and bushings share; false: a link is not known.
+// Reads both ends of a loop, spring or bushing. Returns false if a link is unknown.
 template <class Connection>
 bool read_ends(Connection& connection, Section& section, const LinkTable& links) {
   const std::size_t errors_before = section.error_count();
@@ -39,7 +39,7 @@ void warn_unused(Section& section, LoopType type) {
   }
 }
 
-// x becomes perpendicular to the axis; where nobody uses it, any perpendicular direction will do.
+// Makes x perpendicular to the axis. If x is parallel to it: an error if x is used, else any direction.
 void square_up(Vec3<double>& x, const Vec3<double>& axis, const std::string& side, bool used,
                Section& section) {
   const Vec3<double> rest = x - axis.dot(x) * axis;
@@ -116,7 +116,7 @@ SpringDamper read_spring(Section section, const std::string& label, const LinkTa
   return spring;
 }
 
-// Numbers along x, y, z and about x, y, z.
+// Reads six numbers: along x, y, z and about x, y, z.
 void read_six(Section& section, const char* key, Vec3<double>& along, Vec3<double>& about) {
   std::vector<double> given;
   if (!section.numbers(key, given)) return;

@@ -15,7 +15,7 @@ Mat3<double> inertia_matrix(const Link& link) {
 
 bool has_inertia(const Link& link) { return !inertia_matrix(link).isZero(0); }
 
-// Parent frame to link frame of a fixed joint.
+// Rotation and translation from link frame to parent frame of a fixed joint.
 Eigen::Isometry3d placement(const DhParameters& dh) {
   using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
   return Eigen::Isometry3d(AngleAxisd(dh.gamma, Vector3d::UnitZ())) * Translation3d(0, 0, dh.b) *
@@ -23,7 +23,7 @@ Eigen::Isometry3d placement(const DhParameters& dh) {
          AngleAxisd(dh.theta, Vector3d::UnitZ()) * Translation3d(0, 0, dh.d);
 }
 
-// Inertia of one link about the origin of a frame in which the link has the given pose.
+// Inertia of one link about the origin of a frame in which the link has this pose.
 Mat3<double> inertia_about_origin(const Link& link, const Eigen::Isometry3d& pose) {
   const Vec3<double> com = pose * link.com;
   const Mat3<double> rotation = pose.linear();
@@ -31,11 +31,11 @@ Mat3<double> inertia_about_origin(const Link& link, const Eigen::Isometry3d& pos
          link.mass * (com.squaredNorm() * Mat3<double>::Identity() - com * com.transpose());
 }
 
-// What each joint moves.
+// Everything that a joint moves.
 struct Outboard {
   double mass = 0;
-  bool inertia = false;                           // of any link
-  bool rigid = true;                              // no other moving joint
+  bool inertia = false;                           // whether any link has inertia
+  bool rigid = true;                              // whether no further joint moves
   Mat3<double> at_origin = Mat3<double>::Zero();  // inertia of the rigid part about the link frame's origin
 };
 
@@ -66,7 +66,7 @@ std::string immovable(const Joint& joint, const Outboard& outboard) {
   const std::string remedy = "; give its link mass or inertia, or the joint an armature";
   const std::string name = "joint '" + joint.name + "' ";
   if (outboard.mass == 0 && (!outboard.inertia || !turns(joint))) return name + "moves no mass" + remedy;
-  // S^T M S of a rigid body, against its value where all inertia were about the axis
+  // S^T M S of a rigid body, compared with its value if the full trace of inertia acted about the axis
   const MotionSubspace S = motion_subspace(joint);
   const double moved = S.angular * S.angular * outboard.at_origin(2, 2) + S.linear * S.linear * outboard.mass;
   const double most =

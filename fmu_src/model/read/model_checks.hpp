@@ -6,15 +6,15 @@
 
 namespace redysim {
 
-// Refuses an inertia with a negative principal moment; warns if it is not physically possible.
+// Reports an inertia with a negative principal moment and warns if it is not physically possible.
 void check_inertia(const Link& link, Section& section);
 
-// For each link the link it is rigidly connected to that is nearest to ground (itself under a moving
-// joint, `ground` when nothing moves it). Requires parents before children.
+// For each link, the rigidly connected link that is nearest to ground: the link itself if its joint moves,
+// `ground` if no joint moves it. Requires parents before children.
 std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts);
 
-// Refuses joints that move no inertia, for which no acceleration would be defined.
-// Refuses a model without a moving joint, too.
+// Reports joints that move no inertia, because their acceleration would be undefined, and a model without
+// moving joints.
 void check_movable(std::vector<LinkDraft>& drafts, Section& top);
 
 }  // namespace redysim

@@ -6,7 +6,7 @@
 
 namespace redysim {
 
-// One finding about a model file; prints as "file:line:column: message" (line 0: no place in the file).
+// One finding about a model file. text() is "file:line:column: message"; line 0: no place in the file.
 struct Diagnostic {
   std::string file;
   int line = 0, column = 0;
@@ -14,7 +14,7 @@ struct Diagnostic {
   std::string text() const;
 };
 
-// The one exception of loading: every error found in the file, in file order.
+// The only exception thrown by loading. Contains every error found in the file, in file order.
 class ModelError : public std::runtime_error {
  public:
   enum class Reason { unreadable, syntax, invalid };

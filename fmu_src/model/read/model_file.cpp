@@ -35,8 +35,8 @@ bool read_degrees(Section& top) {
   return top.choice<bool>("angle_unit", {{"rad", false}, {"deg", true}}, false);
 }
 
-// The inverse of a model takes motions where the model takes torques; what is free stays free, and joints
-// with a quaternion cannot be prescribed.
+// Replaces torque inputs by prescribed motions. Free joints stay free, and joints with a quaternion cannot be
+// prescribed.
 void invert(std::vector<LinkDraft>& drafts, Section& top) {
   bool driven = false;
   for (LinkDraft& draft : drafts) {
@@ -49,7 +49,7 @@ void invert(std::vector<LinkDraft>& drafts, Section& top) {
   if (!driven) top.warn("inverse", "inverse has no effect: no joint has drive 'torque'");
 }
 
-// Also those of the drafts: the rotor behind a rigid gear is part of the joint's armature.
+// Also adds the rotor behind a rigid gear to the armature of the joint, in the model and in the drafts.
 void read_actuators(Section& top, bool inverse, Model& model, std::vector<LinkDraft>& drafts,
                     Findings& findings) {
   model.actuators = read_actuators(top, model, inverse, findings);
@@ -71,7 +71,7 @@ LinkTable link_table(const std::vector<LinkDraft>& drafts, bool sound) {
   return links;
 }
 
-// Reference motions and what follows them.
+// Reads trajectories and the controller that uses them.
 void read_guidance(Section& top, Model& model, bool degrees, bool inverse, const std::string& folder,
                    std::vector<AttachedFile>& files, Findings& findings) {
   model.trajectories = read_trajectories(top, model, degrees, folder, files, findings);

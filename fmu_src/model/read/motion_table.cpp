@@ -11,25 +11,26 @@
 namespace redysim {
 namespace {
 
-constexpr double rounding = 1e-12;  // of the largest value of a column
+constexpr double rounding = 1e-12;  // relative to the maximum of a column
 
-// Whether row k has the time of the row before: the acceleration jumps between them.
+// Whether row k has the same time as row k - 1; the acceleration then jumps between them.
 bool is_jump(const MotionTable& table, std::size_t k) {
   return k > 0 && k < table.time.size() && table.time[k] == table.time[k - 1];
 }
 
-// The part of the interval after knot k in its mean acceleration. An acceleration that differs by d from that
-// of the cubic of an interval of length h moves the polynomial away from it by a multiple of d h^2. Weights
-// h^4 minimize the sum of squares of both: a long rest stays one beside a short motion.
+// Weight of the interval after knot k in the mean acceleration at k. If the acceleration differs by d from
+// that of the cubic of an interval of length h, the polynomial deviates from the cubic by a multiple of d
+// h^2. Weights proportional to h^4 minimize the sum of the squared deviations of both intervals, so that a
+// long rest beside a short motion remains at rest.
 double weight_after(const MotionTable& table, std::size_t k) {
   if (k == 0 || is_jump(table, k)) return 1;
   if (k + 1 == table.time.size() || is_jump(table, k + 1)) return 0;
   const double ratio = (table.time[k] - table.time[k - 1]) / (table.time[k + 1] - table.time[k]);
-  return static_cast<float>(1 / (1 + std::pow(ratio, 4)));  // 1/2 where lengths differ by rounding
+  return static_cast<float>(1 / (1 + std::pow(ratio, 4)));  // 1/2 for lengths that differ only by rounding
 }
 
-// At each knot the weighted mean acceleration of the cubics (q and qd at both ends) before and after it; at a
-// jump that of its own side.
+// At each knot, the weighted mean acceleration of the cubics before and after it, which match q and qd at
+// both of their ends. At a jump, the acceleration of the cubic on the same side.
 std::vector<double> mean_accelerations(const MotionTable& table) {
   const std::size_t n = table.time.size();
   std::vector<double> sum(n, 0.0);
@@ -64,7 +65,7 @@ struct Columns {
   }
 };
 
-// The error of the two rows k - 1 and k of one time.
+// Error of rows k - 1 and k, which have the same time; empty if they are valid.
 std::string jump_objection(const MotionTable& table, std::size_t k) {
   const std::string at = "at time " + shown(table.time[k]);
   if (is_jump(table, k - 1))
@@ -112,7 +113,7 @@ std::string objection(const MotionTable& table) {
 }
 
 std::vector<double> quintic(double h, const double (&start)[3], const double (&end)[3]) {
-  // deviations of position, h velocity and h^2 acceleration at the end from the parabola of the start
+  // deviations at the end from the parabola through the start: position, h velocity and h^2 acceleration
   const double dq = end[0] - start[0] - h * (start[1] + 0.5 * h * start[2]);
   const double dqd = h * (end[1] - start[1] - h * start[2]);
   const double dqdd = h * h * (end[2] - start[2]);

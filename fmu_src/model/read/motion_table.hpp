@@ -5,8 +5,8 @@
 
 #include "model/trajectory.hpp"
 
-// Interpolation of a tabulated motion by polynomials with continuous acceleration, except at times with two
-// rows: there it jumps.
+// Interpolation of a tabulated motion by polynomials with continuous acceleration. The acceleration jumps
+// where the table has two rows with the same time.
 
 namespace redysim {
 
@@ -14,20 +14,20 @@ struct MotionTable {
   std::vector<double> time, q, qd, qdd;  // qd and qdd may be empty
 };
 
-// The error of a table, one sentence; empty if it is valid.
+// Error of a table, one sentence; empty if it is valid.
 std::string objection(const MotionTable& table);
 
-// Sets the interval, pieces and jumps. q alone: the cubic spline that starts and ends at rest. q and qd:
-// quintics through them, whose acceleration at a knot is the mean of the accelerations of the two adjacent
-// cubics. q, qd, qdd: quintics through them.
+// Sets the interval, the pieces and the jumps of the trajectory. Table with q: cubic spline with zero
+// velocity at both ends. With q and qd: quintics whose acceleration at a knot is the weighted mean of the
+// accelerations of the two adjacent cubics. With q, qd and qdd: quintics through all values.
 void interpolate(const MotionTable& table, Trajectory& trajectory);
 
-// The quintic in powers of t with these values, velocities and accelerations at t = 0 and t = length.
+// Coefficients in powers of t of the quintic with these values {q, qd, qdd} at t = 0 and t = length.
 std::vector<double> quintic(double length, const double (&start)[3], const double (&end)[3]);
 std::vector<double> cubic(double length, double q_start, double qd_start, double q_end, double qd_end);
 
-// Columns "time", "<joint>.q" or "q", and those of .qd and .qdd where they exist, of a CSV text with a
-// header line; other columns and lines that begin with # are ignored. Returns the error, or an empty string.
+// Reads the columns "time", "<joint>.q" or "q", and those of qd and qdd if they exist, from CSV text with a
+// header line. Other columns and lines that begin with # are ignored. Returns the error, or an empty string.
 std::string read_csv(const std::string& text, const std::string& joint, MotionTable& table);
 
 }  // namespace redysim

@@ -9,14 +9,13 @@
 
 namespace redysim {
 
-// "link 'elbow'", or "link 3" (the third) while the table has no name.
+// "link 'elbow'", or "link 3" for the third table if it has no name.
 std::string label_of(const std::string& kind, std::size_t ordinal, const Value& table);
 
-// The names under which links, joints, loops, couplings, springs and contacts appear in FMI variables: each
-// has one owner.
+// The names of links, joints, loops, couplings, springs, contacts etc. in FMI variables. Each name is unique.
 class Names {
  public:
-  // Reads the required field `name` and claims it for `owner`; empty when missing or bad.
+  // Reads the required field `name` and registers it for `owner`; empty if it is missing or invalid.
   std::string take(Section& section, const std::string& owner);
 
   void claim(const std::string& name, std::string_view key, const std::string& owner, Section& section);
@@ -29,13 +28,14 @@ class Names {
   std::map<std::string, Owner> owners_;
 };
 
-// Link names to indices, as loops and springs give their ends.
+// Finds links by the names that loops and springs give for their ends.
 class LinkIndex {
  public:
   LinkIndex() : candidates_{"ground"} {}
   void add(const std::string& name, int index);
 
-  // Index of `name`, `ground` for "ground", or `fallback` with a finding on the field `key`.
+  // Index of the link `name`, `ground` for "ground", or `fallback` after reporting an error on the field
+  // `key`.
   int find(const std::string& name, std::string_view key, Section& section, int fallback) const;
 
  private:

@@ -19,7 +19,7 @@ constexpr const char* unreadable = "cannot be read";
 }  // namespace
 
 #ifdef _WIN32
-// Windows takes the bytes of a narrow name as the machine's code page
+// Windows interprets narrow file names in the code page of the machine.
 std::FILE* open_file(const std::string& path, const char*& why) {
   why = unreadable;
   const int length = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path.c_str(), -1, nullptr, 0);
@@ -31,7 +31,7 @@ std::FILE* open_file(const std::string& path, const char*& why) {
   return file;
 }
 #elif defined(__EMSCRIPTEN__)
-// The files of the web page: their size, or -1, and their bytes.
+// Functions of the web page: size of a file, or -1 if it does not exist, and its bytes.
 extern "C" {
 __attribute__((import_module("host"), import_name("file_size"))) int redysim_host_file_size(const char* path);
 __attribute__((import_module("host"), import_name("file_bytes"))) void redysim_host_file_bytes(
@@ -54,7 +54,7 @@ std::FILE* open_file(const std::string& path, const char*& why) {
 }
 #else
 std::FILE* open_file(const std::string& path, const char*& why) {
-  // without O_NONBLOCK the open of a named pipe waits for a writer
+  // without O_NONBLOCK, open() would wait for a writer of a named pipe
   const int descriptor = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   why = errno == ENOENT ? missing : unreadable;
   if (descriptor < 0) return nullptr;

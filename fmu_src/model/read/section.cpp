@@ -51,7 +51,7 @@ void Section::warn_idle(const std::string& key, const char* why) {
 
 namespace {
 
-// Fields that depend on the type of what the table describes, by the first word of its label.
+// Fields that exist only for some types. Each line starts with the first word of the label of the table.
 constexpr std::string_view fields_of_types =
     "\nlink rest lower upper damping stiffness armature friction static_friction friction_velocity "
     "stop_stiffness stop_damping stop_width "

@@ -15,46 +15,46 @@ namespace redysim {
 
 enum class Bound { any, not_negative, positive };
 
-// True for a name that can stand in an FMI variable name: [A-Za-z_][A-Za-z0-9_]*
+// Whether a text can be part of an FMI variable name: [A-Za-z_][A-Za-z0-9_]*
 bool is_identifier(const std::string& text);
 
-// One table of the model file with typed, checked access to its fields. An error is reported as a finding,
-// "link 'elbow': mass must be >= 0, got -1", and the fallback is returned. refuse_unknown() reports the
+// One table of the model file, with typed and checked access to its fields. An error becomes a finding, "link
+// 'elbow': mass must be >= 0, got -1", and the function returns the fallback. refuse_unknown() reports all
 // fields that were never requested. The table must outlive the section.
 class Section {
  public:
   Section(const Value& table, std::string label, Findings& findings);
 
   bool has(std::string_view key) const { return table_->find(key) != nullptr; }
-  void allow(const std::string& key) { known_.push_back(key); }  // a field that nothing reads
+  void allow(const std::string& key) { known_.push_back(key); }  // accepts a field without reading it
   Place place() const { return table_->place; }
-  Place place(std::string_view key) const;  // of the field's value, or of the table when it is absent
+  Place place(std::string_view key) const;  // of the value of the field, or of the table if it is absent
 
   std::string text(std::string_view key, const std::string& fallback = {});
   std::string identifier(std::string_view key, const std::string& fallback = {});
   bool flag(std::string_view key, bool fallback);
   double number(std::string_view key, double fallback, Bound bound = Bound::any);
   bool numbers(std::string_view key, std::vector<double>& numbers,
-               bool infinite = false);                            // false: absent or invalid
-  bool within(std::string_view key, double number, Bound bound);  // reports the error
-  // One number for all, or a list of `count`; any other length is a finding and returns the fallback.
+               bool infinite = false);                            // returns false if absent or invalid
+  bool within(std::string_view key, double number, Bound bound);  // false after reporting an error
+  // One number for all, or a list of `count` numbers; another length is an error and returns the fallback.
   std::vector<double> numbers_each(std::string_view key, std::size_t count, double fallback,
                                    Bound bound = Bound::any);
   Vec3<double> vector(std::string_view key, const Vec3<double>& fallback);
-  Vec3<double> direction(std::string_view key, const Vec3<double>& fallback);  // of unit length
+  Vec3<double> direction(std::string_view key, const Vec3<double>& fallback);  // unit vector
   // Fixed-axis roll, pitch, yaw (URDF's rpy): R = Rz(yaw) Ry(pitch) Rx(roll).
   Mat3<double> rotation(std::string_view key, bool degrees);
   bool directions(std::string_view key, std::vector<Vec3<double>>& directions);  // false: absent or invalid
-  bool points(std::string_view key, std::vector<Vec3<double>>& points);          // likewise, m
+  bool points(std::string_view key, std::vector<Vec3<double>>& points);          // the same, in m
   std::vector<std::pair<std::string, Place>> texts(std::string_view key);
-  // Which of `words` a list of strings contains; an unknown word and a repeated one are findings.
+  // For each of `words`, whether the list of strings contains it. Unknown and repeated words are errors.
   std::vector<bool> flags(std::string_view key, const std::vector<std::string>& words);
 
-  // The tables under `key`: written [[key]] (many) or [key] (one).
+  // All tables under `key`, written as [[key]] (many) or [key] (one).
   std::vector<const Value*> tables(std::string_view key);
   const Value* table(std::string_view key);
 
-  // One of `choices`, a list of pairs of a word and what it stands for.
+  // One of `choices`, which are pairs of a word and its value.
   template <class Chosen, class Choices = std::initializer_list<std::pair<const char*, Chosen>>>
   Chosen choice(std::string_view key, const Choices& choices, Chosen fallback) {
     const Value* value = ask(key, Value::Kind::text, "a string");
@@ -68,11 +68,11 @@ class Section {
     return fallback;
   }
 
-  void require(const char* key);  // the field; reports its absence
+  void require(const char* key);  // reports an error if the field is absent
   void error(std::string_view key, const std::string& message);
   void error(Place place, const std::string& message);
   void warn(std::string_view key, const std::string& message);
-  // "friction_velocity has no effect without friction", where the field is given.
+  // If the field is given, warns for example "friction_velocity has no effect without friction".
   void warn_idle(const std::string& key, const char* why);
   void refuse_unknown();
   std::size_t error_count() const { return findings_->error_count(); }

@@ -12,7 +12,7 @@
 namespace redysim {
 namespace {
 
-// The motion within a step must have derivatives.
+// Reason why the motion within a step is not differentiable; null if it is.
 const char* objection_to_step_jacobian(const Model& model) {
   if (model.controller.sample_time > 0) return "a sampled controller";
   for (const Contact& contact : model.contacts)
@@ -35,7 +35,7 @@ void read_outputs(Section& section, const Model& model, FmuSettings& fmu) {
                                    "' does not exist with " + objection);
 }
 
-constexpr const char* settable_state = "state";  // in tunable: state.q[i], state.qd[i] ... state.apply
+constexpr const char* settable_state = "state";  // in `tunable`: state.q[i], state.qd[i] ... state.apply
 
 void read_tunable(Section& section, const Model& model, FmuSettings& fmu) {
   const auto names = section.texts("tunable");
@@ -72,7 +72,7 @@ void add_actuator_numbers(std::vector<std::string>& names, const Model& model) {
 std::vector<std::string> tunable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Link& link : model.links) {
-    // "hand[2]" is a DOF of a compound joint and has no body; "hand[z]" belongs to a Ball
+    // "hand[2]" is a DOF of a compound joint and has no body; "hand[z]" is part of a Ball
     const std::size_t bracket = link.name.find('[');
     if (bracket == std::string::npos) {
       names.push_back(link.name + ".mass");
@@ -115,7 +115,7 @@ SolverSettings read_solver(Section& top, Findings& findings) {
   solver.max_rhs = section.number("max_rhs", 0, Bound::not_negative);
   if (const std::string why = objection_to_max_rhs(solver); !why.empty()) section.error("max_rhs", why);
   solver.target_error = section.number("target_error", 0, Bound::positive);
-  if (section.has("rtol")) solver.target_error = 0;  // rtol is already selected
+  if (section.has("rtol")) solver.target_error = 0;  // a given rtol has priority
   section.refuse_unknown();
   return solver;
 }

@@ -7,12 +7,12 @@ namespace redysim {
 
 SolverSettings read_solver(Section& top, Findings& findings);
 
-// [fmu]; `model` holds the links whose parameters may be tunable.
+// Read [solver], [report] and [fmu]. `model` must contain everything that [fmu] may list as tunable.
 ReportSettings read_report(Section& top, Findings& findings);
 FmuSettings read_fmu(Section& top, const Model& model, Findings& findings);
 
-// Every parameter that [fmu] tunable may list: "link3.mass", "link3.com[1]", "joint2.damping",
-// "gravity[3]"...
+// All parameters that [fmu] tunable may list, for example "link3.mass", "link3.com[1]", "joint2.damping",
+// "gravity[3]".
 std::vector<std::string> tunable_names(const Model& model);
 
 }  // namespace redysim

@@ -14,7 +14,7 @@ const std::vector<std::pair<const char*, std::size_t>> sizes = {
 
 void read_size(Section& section, DrawnShape& shape, std::size_t count) {
   if (section.has("size")) {
-    // a negative scale mirrors a mesh
+    // a negative scale factor mirrors a mesh
     shape.size = section.numbers_each("size", count, 1, shape.kind == "mesh" ? Bound::any : Bound::positive);
     if (std::count(shape.size.begin(), shape.size.end(), 0.0) > 0)
       section.error("size", "the scale of a mesh must not be 0");

@@ -10,7 +10,8 @@ namespace {
 
 char lower(char letter) { return 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 32) : letter; }
 
-// Insertions, deletions, replacements and swaps of neighbours (optimal string alignment), case ignored.
+// Counts insertions, deletions, replacements and swaps of neighbours (optimal string alignment); ignores
+// case.
 std::size_t edit_distance(const std::string& first, const std::string& second) {
   std::vector<std::size_t> before(second.size() + 1), above(second.size() + 1), row(second.size() + 1);
   std::iota(above.begin(), above.end(), std::size_t{0});
@@ -28,7 +29,7 @@ std::size_t edit_distance(const std::string& first, const std::string& second) {
   return above[second.size()];
 }
 
-// What other programs and books call our fields.
+// Names that other programs and books use for our fields.
 constexpr std::pair<const char*, const char*> other_names[] = {
     {"type", "joint"},
     {"joint_type", "joint"},

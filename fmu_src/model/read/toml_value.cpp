@@ -1,7 +1,7 @@
 #include "model/read/toml_value.hpp"
 
-// Some malformed text ("[= 1") violates toml++'s assertions before its own error handling reports it, so they
-// are off in every build; without NDEBUG toml++ does not turn them into assumptions either.
+// Some malformed text ("[= 1") violates assertions of toml++ before its own error handling reports the error.
+// They are therefore off in every build. Without NDEBUG, toml++ also does not turn them into assumptions.
 #undef NDEBUG
 #define TOML_ASSERT(condition) static_assert(true)
 #define TOML_HEADER_ONLY 1
@@ -20,7 +20,7 @@ Place place_of(const toml::source_region& region) {
   throw ModelError(ModelError::Reason::syntax, {{name, place.line, place.column, "TOML syntax: " + message}});
 }
 
-// The message of toml++, or a simpler one for the most frequent errors.
+// The message of toml++, replaced by a simpler one for the most frequent errors.
 std::string plain(const std::string& sentence) {
   const auto says = [&sentence](const char* words) { return sentence.find(words) != std::string::npos; };
   if (says("control characters")) return "a string has no closing quotation mark on its line";
@@ -31,7 +31,7 @@ std::string plain(const std::string& sentence) {
   return sentence;
 }
 
-// toml++ processes dotted keys by unbounded recursion: a key with 10^5 dots would overflow the stack.
+// toml++ handles dotted keys by unlimited recursion: a key with 10^5 dots would overflow the stack.
 void refuse_deep_keys(const std::string& text, const std::string& name) {
   constexpr int limit = 100;
   int line = 1, dots = 0;
@@ -101,7 +101,7 @@ std::string Value::kind_name() const {
 
 Value parse_toml(const std::string& text, const std::string& name) {
   refuse_deep_keys(text, name);
-  // without a name, of which each node would hold a counted reference
+  // no file name, because each node would store a counted reference to it
   const toml::parse_result result = toml::parse(text);
   if (result) {
     Value document;

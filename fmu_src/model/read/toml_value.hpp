@@ -10,7 +10,7 @@ namespace redysim {
 
 struct Entry;
 
-// A TOML document as a plain tree that remembers where everything stands; integers are numbers.
+// A TOML document as a tree of values with their positions in the file. Integers are stored as `number`.
 struct Value {
   enum class Kind { text, number, flag, list, table, other };
   Kind kind = Kind::other;
@@ -18,8 +18,8 @@ struct Value {
   std::string text;
   double number = 0;
   bool flag = false;
-  std::vector<Value> items;    // of a list
-  std::vector<Entry> entries;  // of a table
+  std::vector<Value> items;    // of kind list
+  std::vector<Entry> entries;  // of kind table
 
   const Value* find(std::string_view key) const;
   std::string kind_name() const;  // "a number", as in "must be a string, got a number"
@@ -31,7 +31,7 @@ struct Entry {
   Value value;
 };
 
-// Throws ModelError(syntax); `name` stands for the file in the message.
+// Throws ModelError(syntax) for malformed text; `name` replaces the path in messages.
 Value parse_toml(const std::string& text, const std::string& name);
 
 }  // namespace redysim

@@ -11,7 +11,7 @@ namespace {
 
 enum class Shape { cycloid, quintic, cubic, speed, polynomial, table };
 
-// From one point to another, at rest or with given velocities at both ends.
+// Reads a motion between two positions, at rest or with given velocities at both ends.
 void read_move(Section& section, Shape shape, double unit, const Joint& joint, Trajectory& trajectory) {
   section.require("to");
   section.require("duration");
@@ -51,7 +51,7 @@ void read_polynomial(Section& section, double unit, Trajectory& trajectory) {
   trajectory.end = start + section.number("duration", 1, Bound::positive);
 }
 
-// The table in a file beside the model file.
+// Reads the table from a file in the folder of the model file. Returns false after reporting an error.
 bool attach_table(Section& section, const std::string& folder, const std::string& joint,
                   std::vector<AttachedFile>& files, MotionTable& table) {
   const AttachedFile* file = attach(section, folder, files);
@@ -61,7 +61,7 @@ bool attach_table(Section& section, const std::string& folder, const std::string
   return why.empty();
 }
 
-// The columns in the model file.
+// Reads the table from lists in the model file. Returns false after reporting an error.
 bool read_columns(Section& section, MotionTable& table) {
   bool good = true;
   for (const char* key : {"time", "q"})
@@ -99,7 +99,7 @@ void read_table(Section& section, double unit, const Joint& joint, const std::st
   interpolate(table, trajectory);
 }
 
-// Velocities and accelerations of very short motions overflow.
+// Whether position, velocity and acceleration are finite: those of very short motions overflow.
 bool is_finite(const Trajectory& trajectory) {
   const double length = trajectory.end - trajectory.begin;
   double sum = trajectory.kind == Trajectory::Kind::cycloid
@@ -126,7 +126,7 @@ Trajectory read_trajectory(Section section, const Model& model, const JointIndex
                                             {"polynomial", Shape::polynomial},
                                             {"table", Shape::table}},
                                            Shape::cycloid);
-  if (section.error_count() > errors_before) return trajectory;  // the fields depend on both
+  if (section.error_count() > errors_before) return trajectory;  // the other fields depend on joint and type
   const Joint& joint = model.links[trajectory.link].joint;
   const double unit = degrees && turns(joint) ? degree : 1;
   if (shape == Shape::speed)

@@ -11,7 +11,8 @@
 
 namespace redysim {
 
-// `folder`: of the model file, with its final slash, or empty. `files` receives each table that was read.
+// `folder`: folder of the model file with a final slash, or empty. `files` receives each table file that is
+// read.
 std::vector<Trajectory> read_trajectories(Section& top, const Model& model, bool degrees,
                                           const std::string& folder, std::vector<AttachedFile>& files,
                                           Findings& findings);

@@ -18,7 +18,7 @@ void resolve_parents(std::vector<LinkDraft>& drafts) {
   }
 }
 
-// Names along the cycle that starts and ends at `first`.
+// Names of the links along the cycle through `first`.
 std::string cycle_text(const std::vector<LinkDraft>& drafts, int first) {
   std::string text = drafts[first].link.name;
   for (int i = drafts[first].link.parent; i != first; i = drafts[i].link.parent)
@@ -26,9 +26,9 @@ std::string cycle_text(const std::vector<LinkDraft>& drafts, int first) {
   return text + " -> " + drafts[first].link.name;
 }
 
-// Reports each cycle of parents once, at its first link in the file, and opens it there.
+// Reports each cycle of parents once, at its first link in the file, and attaches this link to ground.
 void cut_cycles(std::vector<LinkDraft>& drafts) {
-  std::vector<int> visit(drafts.size(), -1);  // start of the walk that visited it
+  std::vector<int> visit(drafts.size(), -1);  // first link of the walk that visited this link
   for (int start = 0; start < static_cast<int>(drafts.size()); ++start) {
     int i = start;
     while (i != ground && visit[i] < 0) {
@@ -43,7 +43,8 @@ void cut_cycles(std::vector<LinkDraft>& drafts) {
   }
 }
 
-// File positions, parents first; always the earliest link whose parent is placed comes next.
+// Positions of the links in the file, parents first. The next link is the earliest one whose parent is
+// placed.
 std::vector<int> parents_first(const std::vector<LinkDraft>& drafts) {
   std::vector<std::vector<int>> children(drafts.size());
   std::priority_queue<int, std::vector<int>, std::greater<>> ready;

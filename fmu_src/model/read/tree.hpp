@@ -6,8 +6,8 @@
 
 namespace redysim {
 
-// Resolves each link's parent and sorts parents before children, otherwise in the order of the file. Unknown
-// parents and cycles are findings; the parent of such a link becomes the ground.
+// Resolves the parent of each link and sorts the links parents first, otherwise in file order. Unknown
+// parents and cycles are errors; such a link gets ground as its parent.
 void arrange_tree(std::vector<LinkDraft>& drafts);
 
 }  // namespace redysim
