@@ -10,14 +10,14 @@
 
 namespace redysim {
 
-// Interpolating bicubic spline z(x, y) with continuous second derivatives over a square grid: node
-// (row, column) is at y = row * spacing, x = column * spacing. Slopes across the border are zero, and beyond
-// it z is constant.
+// Interpolating bicubic spline z(x, y) with continuous second derivatives over a square grid. Node (row,
+// column) is at y = row * spacing, x = column * spacing. Slopes across the border are zero; outside the grid,
+// z is constant along the normal of the border.
 class BicubicSpline {
  public:
   BicubicSpline() = default;
 
-  // `heights`: rows * columns numbers, row by row; at least two of each.
+  // `heights`: rows * columns numbers in m, row-major; at least two rows and two columns.
   BicubicSpline(int rows, int columns, double spacing, std::vector<double> heights)
       : rows_(rows), columns_(columns), spacing_(spacing), nodes_(heights.size()) {
     for (std::size_t k = 0; k < heights.size(); ++k) nodes_[k].z = heights[k];
@@ -68,7 +68,8 @@ class BicubicSpline {
     double z = 0, zx = 0, zy = 0, zxy = 0;
   };
 
-  // Cubic Hermite functions of the values and slopes at both ends of a cell: [order of derivative][end].
+  // Cubic Hermite functions for the values and slopes at both ends of a cell; indices [order of
+  // derivative][end].
   template <class Scalar>
   struct Basis {
     int cell = 0;
@@ -110,7 +111,7 @@ class BicubicSpline {
     for (int k = 0; k < count; ++k) nodes_[first + k * stride].*slope = slopes[k];
   }
 
-  // Of the Bezier control points around a node: their convex hull contains the surface.
+  // Highest Bezier control point near a node. The surface lies in the convex hull of the control points.
   double highest_control_point(const Node& node) const {
     const double third = spacing_ / 3, x = std::abs(node.zx) * third, y = std::abs(node.zy) * third;
     return node.z + x + y + std::abs(node.zxy) * third * third;

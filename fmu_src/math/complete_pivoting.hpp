@@ -9,22 +9,22 @@
 
 namespace redysim {
 
-// P J Q = L U with complete pivoting (Golub and Van Loan 2013, 3.4.8): which columns of J determine the
-// others. For small matrices.
+// LU factorization P J Q = L U with complete pivoting (Golub and Van Loan 2013, 3.4.8). Selects the columns
+// of J that determine the others. For small matrices.
 class CompletePivoting {
  public:
-  // Ends after `most` pivots, all in the first `eligible` columns, or where no entry above `smallest` is
-  // left.
+  // Pivots are taken in the first `eligible` columns only. Stops after `most` pivots, or when no remaining
+  // entry there is larger than `smallest` in absolute value.
   CompletePivoting(Eigen::MatrixXd J, Eigen::Index most, double smallest, Eigen::Index eligible)
       : LU_(std::move(J)), rows_(in_order(LU_.rows())), columns_(in_order(LU_.cols())), eligible_(eligible) {
     while (rank_ < std::min({most, LU_.rows(), eligible_}) && take_largest(smallest)) ++rank_;
   }
 
   Eigen::Index rank() const { return rank_; }
-  // Of J: those of the pivots, then the others.
+  // Column numbers of J: the pivot columns, then the others.
   const std::vector<int>& columns() const { return columns_; }
 
-  // x with J x = b in the rows of the pivots; zero but in their columns.
+  // x that satisfies the pivot rows of J x = b; nonzero only in the pivot columns. Size of b: rows of J.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const {
     Eigen::VectorXd z(rank_), x = Eigen::VectorXd::Zero(LU_.cols());
     for (Eigen::Index i = 0; i < rank_; ++i) {
@@ -36,7 +36,8 @@ class CompletePivoting {
     return x;
   }
 
-  // The largest entry of x in the columns of the pivots, with J x = 0 and a unit vector in the other ones.
+  // Maximum absolute entry of x in the pivot columns, over all x with J x = 0 that are a unit vector in the
+  // other columns. May be called only once because it overwrites the other columns.
   double leverage() {
     double largest = 0;
     for (Eigen::Index j = rank_; j < LU_.cols(); ++j) {

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-// Dual numbers a + b eps, eps^2 = 0: one evaluation gives the value and its exact derivatives along one or
-// more directions (a power of two, which the compiler keeps in vector registers). Comparisons use the value
-// only, so branches are the same as with double.
+// Dual numbers a + b eps, eps^2 = 0: one evaluation gives the value and its exact derivatives in one or more
+// directions. The number of directions is a power of two, so that the compiler keeps them in vector
+// registers. Comparisons use the value only; branches are therefore the same as with double.
 
 namespace redysim {
 
 template <int directions>
 struct DirectionsOf {
-  // aligned as a single number, as required by std containers
+  // same alignment as a single number, as std containers require
   typedef double Type __attribute__((vector_size(directions * sizeof(double)), aligned(alignof(double))));
 };
 template <>
@@ -27,7 +27,7 @@ struct DualNumber {
   Derivative derivative = {};
 
   DualNumber() = default;
-  DualNumber(double v) : value(v) {}  // a constant; implicit, as double's own conversions
+  DualNumber(double v) : value(v) {}  // a constant; implicit like conversions to double
   DualNumber(double v, const Derivative& d) : value(v), derivative(d) {}
 
   [[gnu::always_inline]] DualNumber& operator+=(const DualNumber& o) {
@@ -85,7 +85,7 @@ struct DualNumber {
 
 using Dual = DualNumber<1>;
 
-// Whether a number is 0 in every direction.
+// Whether the value and all derivatives are 0.
 template <class Scalar>
 bool is_zero(const Scalar& x) {
   return x == Scalar(0);

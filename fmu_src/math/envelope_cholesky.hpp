@@ -9,25 +9,26 @@
 
 namespace redysim {
 
-// Cholesky factor L L^T = S of a symmetric positive semidefinite matrix. Each row is stored from its first
-// coupled column to the diagonal (envelope); there is no fill-in outside (George and Liu 1981, 4.2).
+// Cholesky factorization L L^T = S of a symmetric positive semidefinite matrix. Each row is stored from its
+// first nonzero column to the diagonal (envelope); no fill-in occurs outside (George and Liu 1981, 4.2).
 //
-// Rank: each row has a scale, the value that S_kk would have if its levers did not cancel. The pivot of row k
-// is the part of S_kk that the preceding rows do not explain. The row is dependent if its pivot is at most
-// the pivot tolerance times its scale; its column of L is then zero. The relative pivot is the squared sine
-// of the angle between the row and the preceding ones.
+// Rank: a lever is the generalized force of a row's unit multiplier on a joint. The scale of a row is the
+// value that S_kk would have if its levers did not cancel. The pivot of row k is the part of S_kk that does
+// not follow from the preceding rows. If it is at most the pivot tolerance times the scale, the row is
+// dependent and its column of L is zero. The relative pivot is the squared sine of the angle between the row
+// and the preceding rows.
 template <class Scalar>
 class EnvelopeCholesky {
  public:
-  // between these relative pivots the rank is uncertain: a dependent row, or inertias of different magnitude
+  // between these relative pivots the rank is uncertain: dependent row or inertias of very different
+  // magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;         // relative remainder of a row that has no accurate direction
-  static constexpr double cancelled = 1e-2;     // pivot relative to S_kk that has lost digits
-  static constexpr double unexplained = 1e-11;  // relative remainder of a dependent row that is not rounding
+  static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction
+  static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
+  static constexpr double unexplained = 1e-11;  // maximum relative remainder due to rounding
   static constexpr int largest_reordered = 64;  // rows
 
-  // `may_reorder`: for factor_product() after reorder(), which needs a second factor of up to
-  // `largest_reordered` rows.
+  // `may_reorder`: allocates a second factor for reorder(), for at most `largest_reordered` rows.
   [[gnu::cold]] explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
 
   int size() const { return static_cast<int>(first_.size()); }
@@ -36,48 +37,46 @@ class EnvelopeCholesky {
 
   void set_zero();
   Scalar& entry(int row, int column) { return S_[offset_[row] + column]; }  // first(row) <= column <= row
-  Scalar* entries_of(int row) { return S_.data() + offset_[row]; }          // by column
+  Scalar* entries_of(int row) { return S_.data() + offset_[row]; }          // indexed by column
 
-  // Overwrites S (lower envelope) by its factor. `scale`: one per row.
+  // Replaces S (lower envelope) by its factor. `scale`: one per row.
   void factor(const Scalar* scale, double pivot_tolerance);
 
-  // Whether a pivot of the last factor() was small but above rounding.
+  // Whether the last factor() found a pivot that was small but larger than rounding.
   bool doubtful() const { return doubtful_; }
 
-  // Whether the pivot of an independent row in the last factor() had lost digits.
+  // Whether the pivot of an independent row lost digits in the last factor().
   bool inexact() const { return inexact_; }
 
-  // Determines the dependent rows from the levers alone, for factor_product(). J: one row of levers per
-  // constraint with `columns` entries, overwritten; bound: the largest absolute values that these levers can
-  // have in any configuration, of the same shape, overwritten. A row is dependent if no entry of its
-  // orthogonalized row exceeds `sine_tolerance` times the bounds that contributed to it. The criterion does
-  // not depend on the units of rows and columns. Returns whether a dependent row has a remainder that is not
-  // rounding: a later row may explain it.
+  // Determines the dependent rows for factor_product() from the levers alone. J: rows x `columns`, row-major,
+  // overwritten. bound: same shape, maximum absolute values of these levers over all configurations,
+  // overwritten. A row is dependent if, after orthogonalization, no entry exceeds `sine_tolerance` times the
+  // bounds that contributed to it. The units of rows and columns have no influence. Returns true if a
+  // dependent row has a remainder larger than rounding, which a later row may explain.
   bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
 
-  // Moves the dependent rows behind all others, so that their parts along every independent row are known,
-  // until the next factor(). False if the matrix is too large; then the order does not change.
+  // Moves the dependent rows to the end until the next factor(), so that their components along all
+  // independent rows are known. Returns false, without reordering, if the matrix is too large.
   bool reorder();
 
-  // Place of a row among those of J, bound and B.
+  // Index of a row in J, bound and B.
   int position(int row) const { return reordered_now_ ? position_[row] : row; }
 
-  // Factor of S = B B^T from the rows of B, without squaring the condition number of B: Gram-Schmidt, each
-  // row twice. B is overwritten by the orthonormal rows Q, B = L Q. The dependent rows are those of
-  // find_dependent().
+  // Factor of S = B B^T by Gram-Schmidt on the rows of B (each row twice), which does not square the
+  // condition number of B. B is row-major and is overwritten by Q with orthonormal rows, B = L Q. Dependent
+  // rows: those of find_dependent().
   void factor_product(Scalar* B, int columns);
 
-  // Solves S x = b in the least-squares sense; x has minimum norm if the rows are measured in units of their
-  // scales. x and b may be the same array.
+  // Solves S x = b in the least-squares sense. x has minimum norm, with each row in units of its scale. x and
+  // b may be the same array.
   void solve(const Scalar* b, Scalar* x);
 
-  // Replaces x of the last solve() by the vector of minimum norm, in the units of the rows, with the same S
-  // x.
+  // Replaces x of the last solve() by the vector with the same S x and minimum norm in the units of the rows.
   void reduce_norm(Scalar* x) {
     if (rank_ < size()) reduce_norm_of_dependent(x);
   }
 
-  // L^T x of the last solve(), free of cancellation; B^T x = Q^T L^T x.
+  // L^T x of the last solve() without cancellation; B^T x = Q^T L^T x.
   const std::vector<Scalar>& along() const { return reordered_now_ ? reordered_[0].along_ : along_; }
 
  private:
@@ -93,20 +92,20 @@ class EnvelopeCholesky {
   Scalar line(int row, const std::vector<Scalar>& x) const;            // one entry of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
   [[gnu::noinline]] void improve(Scalar* x);
-  // not inlined: smaller code
+  // not inlined, for smaller code
   [[gnu::noinline]] void solve_dependent(const Scalar* b, Scalar* x);
   [[gnu::noinline]] void reduce_norm_of_dependent(Scalar* x);
 
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
   std::vector<Scalar> S_;       // S, then L
-  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed when first needed at deficient rank
+  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed on first use if rank deficient
   std::vector<Scalar> weight_;  // W: reciprocal scale of each row
   std::vector<char> skipped_;
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
-  std::vector<EnvelopeCholesky> reordered_;  // at most one: without envelope, rows in another order
+  std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
   std::vector<int> position_;                // of each row in reordered_
   bool reordered_now_ = false;
 };
@@ -114,7 +113,7 @@ class EnvelopeCholesky {
 template <class Scalar>
 EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool may_reorder)
     : first_(std::move(first_column)) {
-  // a monotone first_ gives the Gram matrix L^T L, which couples columns with a common row, the same envelope
+  // with monotone first_, the Gram matrix L^T L (coupling columns with a common row) has the same envelope
   for (int row = size() - 2; row >= 0; --row)
     if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
   int begin = 0;
@@ -166,8 +165,8 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
   }
 }
 
-// Subtracts from row i its components along the rows first..i - 1 that are not skipped, twice for accuracy.
-// Calls note(j, component) for each.
+// Subtracts from row i its components along rows first..i - 1 that are not skipped, twice for accuracy. Calls
+// note(j, component) for each component.
 template <class Scalar, class Note>
 void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vector<char>& skipped, Note note) {
   Scalar* row = rows + static_cast<std::ptrdiff_t>(i) * columns;
@@ -191,7 +190,7 @@ Scalar row_length(const Scalar* row, int columns) {
   return sqrt(sum);
 }
 
-// Whether an entry exceeds this fraction of its bound.
+// Whether any entry exceeds this fraction of its bound.
 template <class Scalar>
 bool exceeds(const Scalar* row, const Scalar* bound, int columns, double fraction) {
   using std::abs;
@@ -205,7 +204,7 @@ void scale_row(Scalar* row, int columns, const Scalar& factor) {
   for (int k = 0; k < columns; ++k) row[k] *= factor;
 }
 
-// `sum` plus the entries of the rows before i that are not skipped, each times its weight.
+// `sum` plus the entries of rows first..i - 1 that are not skipped, each times its weight.
 template <class Scalar, class Entry>
 Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
                 const std::vector<char>& skipped, Entry entry) {
@@ -214,7 +213,7 @@ Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i
   return sum;
 }
 
-// Adds to the bounds of row i those of the rows first..i - 1 that are not skipped, each times its weight.
+// Adds to the bounds of row i those of rows first..i - 1 that are not skipped, each times its weight.
 template <class Scalar>
 void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<char>& skipped,
                 const std::vector<Scalar>& weights) {
@@ -226,7 +225,7 @@ void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<
   }
 }
 
-// The larger of entry (j, k) and its bound.
+// Maximum of |J(j, k)| and its bound.
 template <class Scalar>
 Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int k) {
   using std::abs;
@@ -235,7 +234,7 @@ Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int 
   return size > bound[n] ? size : bound[n];
 }
 
-// Squared length of the row of these entries.
+// Squared length of row j with each entry replaced by largest_of().
 template <class Scalar>
 Scalar squared_length_of_largest(const Scalar* J, const Scalar* bound, int columns, int j) {
   Scalar sum(0);
@@ -246,7 +245,7 @@ Scalar squared_length_of_largest(const Scalar* J, const Scalar* bound, int colum
   return sum;
 }
 
-// Upper bound of the product of a row with the bounds `own` and row j.
+// Upper bound of the product of row j with a row that has the bounds `own`.
 template <class Scalar>
 Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* bound, int columns, int j) {
   Scalar sum(0);
@@ -254,8 +253,8 @@ Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* boun
   return sum;
 }
 
-// Whether entry k of the orthogonalized row i may be rounding of the largest components that the row could
-// have.
+// Whether entry k of the orthogonalized row i may be rounding error of the largest components that the row
+// could have.
 template <class Scalar>
 bool EnvelopeCholesky<Scalar>::is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k) {
   using std::abs;
@@ -272,7 +271,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   using std::abs;
   if (reordered_now_) return reordered_[0].find_dependent(J, bound, columns, sine_tolerance);
   bool any_unexplained = false;
-  Scalar squared_entries(0);  // of the independent rows, with their bounds
+  Scalar squared_entries(0);  // sum over the independent rows, entries by largest_of()
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
@@ -282,7 +281,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
-    // its parts along other rows are then as inaccurate as the row
+    // a small row would have inaccurate components along other rows
     if (!exceeds(row, own, columns, sine_tolerance)) {
       any_unexplained = any_unexplained || exceeds(row, own, columns, unexplained);
       continue;
@@ -293,12 +292,12 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
     bool is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
-      // bounds that contributed to this entry with the components of the row
+      // bounds that contributed to this entry: its own, and those of each row times the component along it
       const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
         return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
       });
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
-      // the product of two rows is at most that of their lengths
+      // the product of two rows is at most the product of their lengths
       if (abs(row[k]) > sine_tolerance * length)
         skipped_[i] = !(abs(row[k]) > lost * (own[k] + squared_entries)) && is_lost(J, bound, columns, i, k);
     }
@@ -325,8 +324,8 @@ bool EnvelopeCholesky<Scalar>::reorder() {
   return true;
 }
 
-// Calls operation(reordered_, values): the values of b before it and of x after it, in the order of
-// reordered_.
+// Calls operation(reordered_[0], values). `values` contains b before and x after the call, both in the new
+// order.
 template <class Scalar>
 template <class Operation>
 void EnvelopeCholesky<Scalar>::in_new_order(const Scalar* b, Scalar* x, Operation operation) {
@@ -359,7 +358,7 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   }
 }
 
-// Lower envelope of G = L^T W L; W = 1 if not weighted.
+// Sets the lower envelope of G = L^T W L; W = 1 if not weighted.
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::set_gram(bool weighted) {
   for (auto& value : G_[weighted]) value = Scalar(0);
@@ -371,9 +370,9 @@ void EnvelopeCholesky<Scalar>::set_gram(bool weighted) {
     }
 }
 
-// Cholesky factor of G over the independent rows, in place. If the units of rows differ by many orders of
-// magnitude, a pivot may be lost to rounding; the lower limit of pivots then affects the norm of the
-// solution, not its accuracy.
+// Cholesky factor of G for the independent rows, in place. If the units of rows differ by many orders of
+// magnitude, rounding may eliminate a pivot. The lower limit of pivots then affects the norm of the solution,
+// but not its accuracy.
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
   using std::sqrt;
@@ -486,7 +485,7 @@ void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
   if (reordered_now_)
     return in_new_order(x, x,
                         [](EnvelopeCholesky& S, Scalar* values) { S.reduce_norm_of_dependent(values); });
-  // L (L^T L)^-1 c has the least norm of all x with L^T x = c
+  // L (L^T L)^-1 c has the minimum norm of all x with L^T x = c
   for (int i = 0; i < size(); ++i) work_[i] = along_[i];
   solve_gram(false, work_.data());
   for (int i = 0; i < size(); ++i) x[i] = line(i, work_);

@@ -1,7 +1,7 @@
 #pragma once
 
-// Four numbers processed together. For double they are one AVX2 register (or two of SSE2) and an operator is
-// one instruction; other scalars are processed one by one.
+// Four numbers processed together. For double they fill one AVX2 register (or two of SSE2), and an operator
+// is one instruction. Other scalars are processed one by one.
 
 #include <cstddef>
 
@@ -13,7 +13,7 @@
 
 namespace redysim {
 
-// That hold so many numbers.
+// Number of Lanes that hold this many numbers.
 constexpr std::size_t lanes_for(std::size_t numbers) { return (numbers + 3) / 4; }
 
 template <class Scalar>
@@ -47,20 +47,20 @@ Lanes<Scalar> permuted(const Lanes<Scalar>& a) {
   return {{a[i], a[j], a[k], a[l]}};
 }
 
-// Lane k of a where keep_k, zero elsewhere.
+// Lane k of a if keep_k, otherwise zero.
 template <bool keep_0, bool keep_1, bool keep_2, bool keep_3, class Scalar>
 Lanes<Scalar> kept(const Lanes<Scalar>& a) {
   const Scalar zero(0);
   return {{keep_0 ? a[0] : zero, keep_1 ? a[1] : zero, keep_2 ? a[2] : zero, keep_3 ? a[3] : zero}};
 }
 
-// One store for all four: a load of all four after partial stores would stall.
+// Stores all four lanes at once: loading all four after partial stores would stall.
 template <class Scalar>
 void assign(Lanes<Scalar>& to, const Lanes<Scalar>& a) {
   to = a;
 }
 
-// a, b, b, a.
+// Returns (a, b, b, a).
 template <class Scalar>
 Lanes<Scalar> around(const Scalar& a, const Scalar& b) {
   return {{a, b, b, a}};

@@ -20,7 +20,7 @@ class LeastNorm {
   // The same for J^T: minimises |J^T y - x|^2.
   Eigen::VectorXd solve_transposed(const Eigen::VectorXd& x) const;
 
-  // Orthonormal basis of the left null space, n^T J = 0, by columns.
+  // Orthonormal basis of the left null space, n^T J = 0; one column per vector.
   Eigen::MatrixXd left_null_space() const;
 
  private:
@@ -38,7 +38,7 @@ class LeastNorm {
 // J^T (J J^T + damping^2)^-1 b by Cholesky factorization.
 Eigen::VectorXd damped(const Eigen::MatrixXd& J, const Eigen::VectorXd& b, double damping);
 
-// Raw pointers: Eigen's expressions are slow in the files that use this, which are optimised for size.
+// Uses raw pointers because Eigen's expressions are slow in files that are optimised for size.
 inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::Index q, double c, double s) {
   double *left = matrix.data() + p * matrix.rows(), *right = matrix.data() + q * matrix.rows();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
@@ -48,7 +48,7 @@ inline void LeastNorm::rotate(Eigen::MatrixXd& matrix, Eigen::Index p, Eigen::In
   }
 }
 
-// de Rijk 1989: fewer sweeps if each column in turn is the longest of those that remain.
+// Fewer sweeps are needed if each column in turn is the longest of the remaining ones (de Rijk 1989).
 inline void LeastNorm::move_longest_column_to(Eigen::Index p) {
   Eigen::Index longest = p;
   for (Eigen::Index q = p + 1; q < U_.cols(); ++q)
@@ -58,7 +58,7 @@ inline void LeastNorm::move_longest_column_to(Eigen::Index p) {
   rotate(V_, p, longest, 0, 1);
 }
 
-// Jacobi rotation that makes columns p and q orthogonal; false if they are.
+// Jacobi rotation that makes columns p and q orthogonal; false if they already are.
 inline bool LeastNorm::make_orthogonal(Eigen::Index p, Eigen::Index q) {
   constexpr double orthogonal = 1e-15;
   const double *left = U_.data() + p * U_.rows(), *right = U_.data() + q * U_.rows();
@@ -77,7 +77,7 @@ inline bool LeastNorm::make_orthogonal(Eigen::Index p, Eigen::Index q) {
   return true;
 }
 
-// One sweep over all pairs of columns; false if all were orthogonal.
+// One sweep over all pairs of columns; false if all were already orthogonal.
 inline bool LeastNorm::sweep() {
   bool rotated = false;
   for (Eigen::Index p = 0; p < U_.cols(); ++p) {

@@ -6,17 +6,17 @@
 
 #include "math/tape.hpp"
 
-// A scalar that records its operations on a tape. One run of a recursion gives straight-line code with folded
-// constants, without products by 0 and 1 and without common subexpressions. A branch on a recorded value
-// throws; branches on constants are evaluated.
+// A scalar that records its operations on a tape. Running a recursion once gives straight-line code with
+// folded constants, without products by 0 and 1 and without common subexpressions. A branch on a recorded
+// value throws std::domain_error; branches on constants are evaluated.
 
 namespace redysim {
 
-// A node of a tape, or a constant outside any tape.
+// A node of a tape, or a constant without a tape.
 class Recorded {
  public:
   Recorded() = default;
-  Recorded(double constant) : value_(constant) {}  // implicit, as double's own conversions
+  Recorded(double constant) : value_(constant) {}  // implicit like conversions to double
   Recorded(Tape& tape, int node) : tape_(&tape), node_(node) {}
 
   bool is_constant() const { return !tape_; }
@@ -69,14 +69,14 @@ class Recorded {
     Tape* tape = a.tape_ ? a.tape_ : b.tape_;
     if (!tape) return of_constants;
     const int node = tape->apply(operation, a.node_on(*tape), b.node_on(*tape));
-    // a folded constant is a constant again, so that branches on it can be evaluated
+    // a folded constant has no tape, so that branches on it can be evaluated
     if ((*tape)[node].operation == Tape::Operation::constant) return (*tape)[node].value;
     return {*tape, node};
   }
 
   Tape* tape_ = nullptr;
   int node_ = -1;
-  double value_ = 0;  // without a tape
+  double value_ = 0;  // used without a tape
 };
 
 }  // namespace redysim

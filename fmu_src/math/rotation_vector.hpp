@@ -9,14 +9,14 @@
 
 namespace redysim {
 
-// A unit quaternion with w >= 0.
+// Unit quaternion (w, v) with w >= 0.
 template <class Scalar>
 struct HalfTurn {
   Scalar w;
   Vec3<Scalar> v;
 };
 
-// By the largest component, so that no digits cancel.
+// Quaternion of R. Starts from its largest component to avoid cancellation.
 template <class Scalar>
 HalfTurn<Scalar> half_turn(const Mat3<Scalar>& R) {
   using std::sqrt;
@@ -36,8 +36,9 @@ HalfTurn<Scalar> half_turn(const Mat3<Scalar>& R) {
   return q;
 }
 
-// phi = scale * v, and the moment of a gradient by phi: with [phi' = J^-1 omega] the power gradient . phi' is
-// that of the moment m + phi x m / 2 + (1 - angle/2 cot(angle/2)) / angle^2 phi x (phi x m), m = gradient.
+// phi = scale * v. Also converts the gradient m of an energy by phi to a moment. With phi' = J^-1 omega, the
+// power m . phi' is that of the moment
+//   m + phi x m / 2 + (1 - angle/2 cot(angle/2)) / angle^2 phi x (phi x m).
 template <class Scalar>
 class RotationVector {
  public:

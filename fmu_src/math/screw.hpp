@@ -28,7 +28,7 @@ REDYSIM_INLINE void turn_back(Value& x, Value& y, const Scalar& cosine, const Sc
   y = sine * old_x + cosine * y;
 }
 
-// E -> R E R^T for the entries in the plane of axes a, b; u is a common term of the double angle.
+// E -> R E R^T for the entries in the plane of axes a and b; u is a common term with the double angle.
 template <class Scalar>
 REDYSIM_INLINE void turn_plane_back(Lanes<Scalar>& aa, Lanes<Scalar>& bb, Lanes<Scalar>& ab,
                                     const Scalar& cosine, const Scalar& sine) {
@@ -50,7 +50,7 @@ REDYSIM_INLINE void turn_x_back(ArticulatedInertia<Scalar>& A, const Scalar& cos
   turn_back(A.xy, A.xz, cosine, sine);
 }
 
-// The same for +90 deg (or -90 deg) about x: a signed permutation.
+// The rotation of an inertia by +90 deg (or -90 deg) about x: a signed permutation.
 template <bool negative, class Scalar>
 REDYSIM_INLINE void quarter_turn_x_back(ArticulatedInertia<Scalar>& A) {
   std::swap(A.yy, A.zz);
@@ -62,7 +62,7 @@ REDYSIM_INLINE void quarter_turn_x_back(ArticulatedInertia<Scalar>& A) {
     A.xy = -A.xy;
 }
 
-// Entries in the plane across r when the reference point moves back by r, |r| = offset:
+// Entries perpendicular to r when the reference point moves back by r, |r| = offset:
 // H += r~ M, I += r~ H^T + (r~ H^T)^T - r~ M r~.
 template <class Scalar>
 REDYSIM_INLINE void shift_plane_back(Lanes<Scalar>& aa, Lanes<Scalar>& bb, Lanes<Scalar>& ab,
@@ -89,7 +89,7 @@ REDYSIM_INLINE void shift_z_back(ArticulatedInertia<Scalar>& A, const Scalar& d)
   A.yz += by * permuted<3, 3, 1, 1>(old_xz);
 }
 
-// The same along x by a.
+// Moves the reference point back along x by a.
 template <class Scalar>
 REDYSIM_INLINE void shift_x_back(ArticulatedInertia<Scalar>& A, const Scalar& a) {
   shift_plane_back(A.yy, A.zz, A.yz, a);
@@ -99,7 +99,7 @@ REDYSIM_INLINE void shift_x_back(ArticulatedInertia<Scalar>& A, const Scalar& a)
   A.xz += by * permuted<2, 2, 2, 1>(old_xy);
 }
 
-// The same along y by e: T_y(e) = Rx(-90 deg) T_z(e) Rx(90 deg).
+// Moves the reference point back along y by e: T_y(e) = Rx(-90 deg) T_z(e) Rx(90 deg).
 template <class Scalar>
 REDYSIM_INLINE void shift_y_back(ArticulatedInertia<Scalar>& A, const Scalar& e) {
   quarter_turn_x_back<false>(A);

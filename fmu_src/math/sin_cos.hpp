@@ -28,13 +28,14 @@ SinCos<Scalar> sin_cos(const Lanes<Scalar>& angle) {
 }
 
 #if defined(__GNUC__)
-// For larger angles the reduction below is not accurate enough; these, infinity and NaN use the standard
-// library.
+// For larger angles the reduction below is not accurate enough. They, infinity and NaN are passed to the
+// standard library.
 inline constexpr double largest_reduced_angle = 1e5;
 
-// Error at most one unit in the last place of 1, and of the result except near zeros far from the origin:
-// reduction to |r| <= pi/4 with pi/2 in two parts (Cody and Waite 1980), then the minimax polynomials of
-// FreeBSD's msun (Sun Microsystems 1993), which take the rounding of r as `tail`.
+// The error is at most one unit in the last place of 1; except near zeros far from the origin, it is also at
+// most one unit in the last place of the result. Reduction to |r| <= pi/4 with pi/2 in two parts (Cody and
+// Waite 1980), then the minimax polynomials of FreeBSD's msun (Sun Microsystems 1993) with the rounding of r
+// in `tail`.
 template <>
 REDYSIM_INLINE SinCos<double> sin_cos(const Lanes<double>& angle) {
   using Register = Lanes<double>::Register;

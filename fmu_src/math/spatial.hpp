@@ -40,14 +40,14 @@ struct RigidInertia {
   Symmetric3<Scalar> inertia{Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0), Scalar(0)};
 };
 
-// [moment; force] = [I H; H^T M] [angular; linear], symmetric; the lanes of entry rc are I_rc, M_rc, H_rc,
+// [moment; force] = [I H; H^T M] [angular; linear], symmetric. The lanes of entry rc are I_rc, M_rc, H_rc,
 // H_cr.
 template <class Scalar>
 struct ArticulatedInertia {
   Lanes<Scalar> xx, yy, zz, xy, xz, yz;
 };
 
-// Entry rc -> entry cr.
+// Entry cr from entry rc.
 template <class Scalar>
 REDYSIM_INLINE Lanes<Scalar> transposed(const Lanes<Scalar>& entry) {
   return permuted<0, 1, 3, 2>(entry);
@@ -64,7 +64,8 @@ Force<Scalar> operator*(const RigidInertia<Scalar>& body, const Motion<Scalar>& 
   return {body.inertia * m.angular + body.h.cross(m.linear), body.mass * m.linear - body.h.cross(m.angular)};
 }
 
-// Component c of a motion, arranged for the product with entry rc: pairs of lanes sum to moment and force.
+// Component c of a motion, arranged for the product with entry rc. Pairs of lanes of the product sum to
+// moment and force.
 template <class Scalar>
 REDYSIM_INLINE Lanes<Scalar> beside(const Motion<Scalar>& m, int axis) {
   return around(m.angular[axis], m.linear[axis]);
@@ -128,7 +129,7 @@ const Scalar& component(const Force<Scalar>& f, int index) {
   return index < 3 ? f.moment[index] : f.force[index - 3];
 }
 
-// Adds a symmetric 6x6 matrix given by its upper triangle.
+// Adds a symmetric 6 x 6 matrix given by its upper triangle.
 template <class Scalar>
 void add_upper(ArticulatedInertia<Scalar>& to, const Eigen::Matrix<Scalar, 6, 6>& upper) {
   auto entry = [&upper](int r, int c) {

@@ -43,7 +43,7 @@ int Tape::apply(Operation operation, int left, int right) {
   return add({operation, 0, {}, left, right}, {operation, left, right, {}});
 }
 
-// A node with the same value that needs no new operation; -1: none.
+// Returns a node with the same value that needs no new operation, or -1 if there is none.
 int Tape::simplified(Operation operation, int left, int right) {
   const Node a = (*this)[left], b = (*this)[right];
   if (a.operation == Operation::constant && b.operation == Operation::constant)

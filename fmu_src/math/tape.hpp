@@ -7,9 +7,8 @@
 
 namespace redysim {
 
-// Straight-line code during recording (math/recorded.hpp): each node is a constant, a
-// symbol or an operation on earlier nodes. Constants are folded, products by 0 and 1 are removed, and no node
-// occurs twice.
+// Straight-line code during recording (math/recorded.hpp). Each node is a constant, a symbol or an operation
+// on earlier nodes. Constants are folded, products by 0 and 1 are removed, and equal nodes are stored once.
 class Tape {
  public:
   enum class Operation { constant, symbol, add, subtract, multiply, divide, negate, function };
@@ -17,23 +16,23 @@ class Tape {
     Operation operation = Operation::constant;
     double value = 0;           // of a constant
     std::string name;           // of a symbol or function
-    int left = -1, right = -1;  // nodes
+    int left = -1, right = -1;  // operand nodes; -1: none
   };
 
   int constant(double value);
-  int symbol(const std::string& name);  // a value known only when the code runs
+  int symbol(const std::string& name);  // a value that is known only when the code runs
   int apply(Operation operation, int left, int right);
   int function(const std::string& name, int argument);  // sin, cos, ...
 
   const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
   int size() const { return static_cast<int>(nodes_.size()); }
   bool is_constant(int node, double value) const;
-  bool is_turn(int node) const;   // a sine or cosine
-  bool computes(int node) const;  // neither a constant nor a symbol; false for the missing operand -1
+  bool is_turn(int node) const;   // sine or cosine
+  bool computes(int node) const;  // an operation or function; false for a missing operand (-1)
 
-  // Per node: whether `results` depend on it.
+  // For each node, whether `results` depend on it.
   std::vector<char> needed_by(const std::vector<int>& results) const;
-  // The nodes among them that compute.
+  // The nodes on which `results` depend and that compute something, in increasing order.
   std::vector<int> operations_for(const std::vector<int>& results) const;
 
  private:

@@ -13,7 +13,7 @@ using Vec3 = Eigen::Matrix<Scalar, 3, 1>;
 template <class Scalar>
 using Mat3 = Eigen::Matrix<Scalar, 3, 3>;
 
-// R v, its transpose and A B, written out. In code that is optimised for size, Eigen computes each entry in a
+// R v, R^T v and A B, written out. In code that is optimised for size, Eigen computes each entry in a
 // function call.
 template <class Scalar>
 Vec3<Scalar> product(const Mat3<Scalar>& R, const Vec3<Scalar>& v) {
@@ -37,8 +37,8 @@ Mat3<Scalar> product(const Mat3<Scalar>& A, const Mat3<Scalar>& B) {
   return C;
 }
 
-// Length of v for directions v / length: the smallest normal number under the root avoids 0/0, so the
-// direction of a zero vector is zero.
+// Length of v for directions v / length. The smallest normal number is added under the root, so that the
+// direction of a zero vector is zero instead of 0/0.
 template <class Scalar>
 Scalar safe_norm(const Vec3<Scalar>& v) {
   using std::sqrt;
