@@ -4,18 +4,18 @@
 
 namespace redysim::drive {
 
-// On a busy machine a bound on CPU time may take up to this factor of wall-clock time.
+// Maximum ratio of wall-clock time to CPU time before a limit on CPU time ends the work on a busy machine.
 constexpr double most_waiting = 10;
 
 #ifdef _WIN32
-// Windows counts CPU time in units of 16 ms, longer than a run: wall-clock time
+// Wall-clock time: Windows counts CPU time in units of 16 ms, which is longer than a run.
 constexpr clockid_t thread_clock = CLOCK_MONOTONIC;
 #else
 constexpr clockid_t thread_clock = CLOCK_THREAD_CPUTIME_ID;
 #endif
 
-// CPU time of this thread, s, hardly affected by other load of the machine. Reading it takes too long for
-// single steps.
+// CPU time of this thread in s; other load of the machine hardly affects it. Too slow for timing single
+// steps.
 inline double computing_seconds(clockid_t clock = thread_clock) {
   timespec now;
   clock_gettime(clock, &now);

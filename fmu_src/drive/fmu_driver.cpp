@@ -1,5 +1,5 @@
-// fmu_driver < JOB: loads an FMI 2.0 co-simulation FMU, runs it as a compiled master does, prints JSON.
-// The lines of a job are those of job.cpp. A call that never returns is reported as a hang.
+// fmu_driver < JOB: loads an FMI 2.0 co-simulation FMU, runs it like a compiled importer and prints JSON.
+// Format of a job: see job.cpp. A call that does not return is reported as a hang.
 
 #include "drive/run.hpp"
 

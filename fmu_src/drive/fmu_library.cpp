@@ -17,7 +17,7 @@ constexpr std::size_t most_lines = 20;
 #ifdef _WIN32
 using Library = HMODULE;
 
-// Windows takes the bytes of a narrow name as the machine's code page
+// Windows interprets narrow file names in the code page of the machine.
 Library open_library(const std::string& path, std::string& why) {
   std::wstring wide(path.size() + 1, L'\0');
   Library library = nullptr;

@@ -7,7 +7,7 @@
 
 namespace redysim::drive {
 
-// The functions of an FMU's shared library. `load` returns why it failed, or nothing.
+// The functions in the shared library of an FMU. `load` returns the reason of a failure, or an empty string.
 struct FmuLibrary {
   std::string load(const std::string& path);
 
@@ -26,7 +26,7 @@ struct FmuLibrary {
   fmi2GetRealStatusTYPE* get_real_status = nullptr;
 };
 
-// What an FMU says while it runs: warnings and errors, the first and the last of them.
+// Warnings and errors of an FMU at run time. Keeps only the first and the last ones.
 class MessageLog {
  public:
   void add(fmi2Status status, const char* text);

@@ -15,7 +15,7 @@ void read(std::istringstream& line, Number& number) {
   line >> number;
 }
 
-// hexadecimal and inf are never needed; a C locale reads the rest exactly
+// A C locale reads decimal numbers exactly; hexadecimal numbers and inf do not occur.
 template <class Number>
 void read(std::istringstream& line, std::vector<Number>& numbers) {
   for (Number number; line >> number;) numbers.push_back(number);
@@ -28,7 +28,7 @@ std::string rest(std::istringstream& line) {
   return text;
 }
 
-// A word whose values go to one member.
+// A word of a job and the member that takes its values.
 struct Word {
   const char* word;
   void (*take)(Job& job, std::istringstream& line);
@@ -71,7 +71,7 @@ bool take(Job& job, const std::string& word, std::istringstream& line) {
   return !line.fail();
 }
 
-// Whether the numbers are whole rows, with one entry per variable.
+// Whether the numbers form whole rows with one entry per variable.
 bool fits(const std::vector<fmi2ValueReference>& variables, const std::vector<double>& rows) {
   return variables.empty() == rows.empty() && (variables.empty() || rows.size() % variables.size() == 0);
 }

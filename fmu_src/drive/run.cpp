@@ -26,14 +26,14 @@ struct Record {
   long steps_done = 0;
   std::vector<double> times, values;    // rows of outputs
   std::vector<double> seconds;          // of each whole run
-  std::vector<std::string> run_status;  // of a batch, by run
+  std::vector<std::string> run_status;  // of a batch, per run
   std::vector<std::size_t> run_rows;
-  bool bad = false;  // a value that is not finite came with fmi2OK
+  bool bad = false;  // a value was not finite although fmi2OK was returned
   unsigned bad_reference = 0;
   double bad_time = 0;
   double last_successful = -1;
-  std::string after;                         // what the instance can still do after a failure
-  std::vector<std::string> integers, texts;  // at the end of the recorded run; empty: refused
+  std::string after;                         // state of the instance after a failure
+  std::vector<std::string> integers, texts;  // at the end of the recorded run; empty: could not be read
 };
 
 class Run {
@@ -46,7 +46,7 @@ class Run {
         begin_(Clock::now()),
         computed_(computing_seconds()) {}
 
-  // One run for each row of values; a run that fails does not end the others.
+  // One run per row of values; a failed run does not end the others.
   void batch(fmi2Component instance) {
     const std::size_t width = job_.vary.size(), count = job_.values.size() / width;
     Job varied = job_;
@@ -81,14 +81,15 @@ class Run {
       if (i >= fewest_repeats && computing_seconds() - computed > job_.spend) break;
       if (!again(instance)) return;
     }
-    // runs without reading and without a clock in each step tell more than the first
+    // runs without reading outputs and without timing each step are more accurate than the first run
     if (record.seconds.size() > 1) record.seconds.erase(record.seconds.begin());
   }
 
   Record record;
 
  private:
-  // The second clock is slow to read and is therefore checked last; on a stalled machine the wait must end.
+  // Reading the CPU clock is slow, so it is checked last. On a stalled machine, wall-clock time ends the
+  // wait.
   bool is_late() const {
     const double passed = seconds_since(begin_);
     return passed > job_.budget &&
@@ -108,7 +109,7 @@ class Run {
     return true;
   }
 
-  // The outputs at a communication point; values that are not finite end the run.
+  // Records the outputs at a communication point. Ends the run if a value is not finite.
   bool read_row(fmi2Component instance, double time) {
     if (fmu_.get_real(instance, job_.outputs.data(), row_.size(), row_.data()) > fmi2Warning)
       return fail("error", "read");
@@ -124,7 +125,7 @@ class Run {
     return true;
   }
 
-  // With rows of outputs; the clock runs during the steps only.
+  // A run that records outputs. `seconds` includes the time of inputs and steps only.
   bool recorded(fmi2Component instance, double& seconds) {
     if (!read_row(instance, 0)) return false;
     for (long k = 0; k < job_.steps; ++k) {
@@ -148,7 +149,7 @@ class Run {
     return true;
   }
 
-  // Once more, with nothing but inputs and steps.
+  // A further run with inputs and steps only.
   bool again(fmi2Component instance) {
     if (fmu_.reset(instance) > fmi2Warning) return fail("error", "reset");
     if (!begin(instance, job_)) return false;
@@ -176,7 +177,8 @@ class Run {
     }
   }
 
-  // After a failed step: the time that was reached, finite values there, and a new start that works.
+  // After a failed step: reads the time reached, checks that outputs are finite, and tries a reset and a new
+  // start.
   void look_after(fmi2Component instance) {
     fmi2Real last = -1;
     if (fmu_.get_real_status(instance, fmi2LastSuccessfulTime, &last) == fmi2OK)
@@ -197,7 +199,7 @@ class Run {
   Watchdog& watchdog_;
   std::vector<double> row_;
   bool failed_step_ = false;
-  long first_ = 0;  // row of inputs at the start
+  long first_ = 0;  // step number at the start, selects the inputs
   Clock::time_point begin_;
   double computed_;
 };

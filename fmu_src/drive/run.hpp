@@ -7,13 +7,13 @@
 
 namespace redysim::drive {
 
-// `main` of a driver: reads a job, loads its library, writes JSON to standard output. `answer` writes the
-// members of the object; `why`: reason why the library did not load, or empty. Returns the exit code.
+// `main` of a driver: reads a job, loads its library and writes JSON to standard output. `answer` writes the
+// members of the JSON object; `why`: reason why the library did not load, or empty. Returns the exit code.
 using Answer = void(const FmuLibrary& fmu, const Job& job, const std::string& why, Watchdog& watchdog,
                     Json& json);
 int serve_job(const char* program, Answer* answer);
 
-// Takes an instance to its first step: start values, first inputs, initialisation.
+// Prepares an instance for its first step: start values, first inputs, initialisation.
 fmi2Status initialise(const FmuLibrary& fmu, fmi2Component instance, const Job& job, long first = 0);
 
 // Sets the inputs of step `index`.

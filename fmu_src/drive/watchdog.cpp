@@ -36,7 +36,7 @@ void Watchdog::watch(double seconds) {
   json.end_object();
   std::printf("%s\n", json.text().c_str());
   std::fflush(stdout);
-  _exit(0);  // other threads never come back
+  _exit(0);  // the other threads may never end
 }
 
 }  // namespace redysim::drive

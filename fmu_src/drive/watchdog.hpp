@@ -8,8 +8,8 @@
 
 namespace redysim::drive {
 
-// Ends the process with a report when the work exceeds this CPU time, or ten times as much wall-clock time: a
-// call that never returns.
+// Ends the process with a report when the work exceeds this CPU time, or ten times this wall-clock time,
+// because a call may never return.
 class Watchdog {
  public:
   explicit Watchdog(double seconds);
