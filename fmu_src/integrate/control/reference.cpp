@@ -44,7 +44,8 @@ bool is_inside(const Trajectory& trajectory, int phase) {
   return phase > 0 && phase < last_phase(trajectory);
 }
 
-// The piece after the one that contains a time, among those of an inner phase; `end`: none.
+// The piece of an inner phase after the piece that contains `time`. Sets `end` to the end of the phase, which
+// is returned if there is no such piece.
 Pieces next_piece(const Trajectory& trajectory, int phase, double time, Pieces& end) {
   const auto place = static_cast<std::size_t>(phase - 1);
   const auto begin = trajectory.pieces.begin();

@@ -8,7 +8,8 @@
 
 namespace redysim {
 
-// Delayed torques: those of a whole delay, that of the present instant and one that may be early by rounding.
+// Slots for delayed torques: one per sample within the delay, one for the present sample, and one for a
+// sample that is early by rounding.
 Sampler::Sampler(const Controller& controller, bool law_before)
     : period_(controller.sample_time),
       delay_(controller.delay),

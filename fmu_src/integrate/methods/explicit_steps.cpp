@@ -10,7 +10,7 @@ namespace redysim {
 namespace {
 
 // Combinations: the rows of the tables without zeros, each with an even number of entries, counted from 1.
-// First those of DOP853, then those of the two pairs, each with its stages before its error.
+// Order: DOP853, then the pairs of order 3 and 5; in each pair the stages, then the error.
 constexpr int order_5 = 16, order_3 = 17, first_term = 18, of_dop853 = 24;
 constexpr int of_third = of_dop853 + 4, of_fifth = of_third + 7, combinations = of_fifth + 1;
 template <int Entries>

@@ -131,8 +131,8 @@ double Exponential::attempt_error(double h) {
   return std::max(error_weights_.norm(error_.data(), weights_.data()), error_of_work(u));
 }
 
-// Tolerance of the work as for a velocity v, rtol |v| + atol scale, with kinetic energies instead: those of
-// the state and of the nominal velocities.
+// Sets the tolerance of the work. It has the form of that of a velocity v, rtol |v| + atol scale, with the
+// kinetic energies of the state and of the nominal velocities.
 void Exponential::set_energy_scale() {
   const double time = absolute(reached_);
   const StateLayout& layout = system_.layout();

@@ -66,20 +66,20 @@ struct Tuning {
   // Trials of another method. A Jacobian and its factorization take 1.5 right-hand sides per column.
   static constexpr double jacobian_column = 1.5;
   static constexpr double bucket = 100;                           // right-hand sides of a measurement
-  static constexpr double settled = 40, settled_multistep = 300;  // right-hand sides of a start
+  static constexpr double settled = 40, settled_multistep = 300;  // right-hand sides until a start is over
   static constexpr double hopeless = 3;                           // relative cost at which a trial ends early
-  static constexpr double overtaken = 1.3;          // cost relative to that of the rival in the last trial
-  static constexpr double undecided_share = 0.125;  // minimum, relative to the wait after a failed trial
-  static constexpr double undecided_wait = 200;     // after a trial that a change of the motion invalidated
-  static constexpr double present_margin = 1.5;     // maximum cost over that of the present step
+  static constexpr double overtaken = 1.3;  // relative to the rival's cost: invalidates the last trial
+  static constexpr double undecided_share = 0.125;  // minimum wait after that, relative to the previous wait
+  static constexpr double undecided_wait = 200;     // minimum wait after that, right-hand sides
+  static constexpr double present_margin = 1.5;     // maximum ratio to the cost of the present step size
   static constexpr double least_account = 24;       // right-hand sides before a trial
-  static constexpr double settling_cost = 120;      // of a trial, before its measurement
+  static constexpr double settling_cost = 120;      // right-hand sides before the measurement of a trial
   static constexpr double settling_cost_erk = 30;
   static constexpr double trial_cost = 150;       // right-hand sides of the measurement
   static constexpr double longest_trial = 20000;  // right-hand sides; ends an interval between changes
-  static constexpr double long_account = 1500;    // as longest_trial, if stiffness begins within one,
-  static constexpr double long_interval = 1.5;    // and its minimum relative to the interval before
-  static constexpr double outdated = 1500;        // after them, another method's step size is unknown
+  static constexpr double long_account = 1500;    // right-hand sides that end a measurement in an interval
+  static constexpr double long_interval = 1.5;    // if above this multiple of the previous interval's work
+  static constexpr double outdated = 1500;        // right-hand sides after which a step size is outdated
   static constexpr double steady_cost = 2;        // maximum ratio of two measurements
   static constexpr double growing = 1.5;          // growth of the step size that extends a trial
   static constexpr int most_extensions = 4;
@@ -112,12 +112,11 @@ struct Tuning {
 
   static constexpr double eighth_stages = 12, polynomial_stages = 3;
   static constexpr std::int64_t held_to_pass = 3;  // expected further advances with the same inputs
-  static constexpr double accuracy_worth =
-      1.1;  // right-hand sides ratio that the smaller error of order 8 is worth
-  static constexpr double hysteresis = 1.1;    // in favour of the table in use
-  static constexpr long settling_steps = 4;    // steps until the step size of a new table is settled
-  static constexpr long review_steps = 16;     // steps until the choice is reviewed in a long advance
-  static constexpr double settled_growth = 2;  // maximum change of the step size since the last decision
+  static constexpr double accuracy_worth = 1.1;    // cost ratio accepted for the smaller error of order 8
+  static constexpr double hysteresis = 1.1;        // factor in favour of the table in use
+  static constexpr long settling_steps = 4;        // steps until the step size of a new table is settled
+  static constexpr long review_steps = 16;         // steps until the choice is reviewed in a long advance
+  static constexpr double settled_growth = 2;      // maximum change of the step size since the last decision
   // Step size of order 8 relative to order 5: 1.6 (1e4 rtol)^-0.07. The exponent follows from local errors C
   // (h/L)^5 = rtol and C' (h/L)^8 = rtol. The factors are those of KR5, gripper and four-bar; the second one
   // is relative to order 3. The ratio is corrected at each change and decays to the expected value at each

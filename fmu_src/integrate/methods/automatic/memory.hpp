@@ -12,7 +12,7 @@ namespace redysim {
 
 enum class Choice : std::uint8_t { erk, adams, dirk, bdf, exponential };
 constexpr int choices = 5;
-// A library with Taylor series has them instead of adams. They are then the explicit one-step method; erk
+// A library with Taylor series uses them instead of adams, and as the explicit one-step method; erk then
 // only replaces a failed method.
 constexpr bool has_series = features::taylor;
 constexpr Choice series = Choice::adams, first_choice = has_series ? series : Choice::erk;
