@@ -55,8 +55,8 @@ Pose link_pose(const Plan<double>& plan, const Workspace<double>& ws, int link, 
   return Pose{body.rotation, body.position} * plan.frame_in_carrier[link];
 }
 
-// The constraints omitted in planar mechanisms hold in all configurations or in none (wrong axis or offset).
-// Checks them in one configuration.
+// Checks the constraints omitted in planar mechanisms. One configuration suffices: they hold in all
+// configurations or in none (wrong axis or offset).
 void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<double>& ws, const double* q,
                         Assembly& result) {
   const std::vector<double> at_rest(plan.joints.size(), 0.0);
