@@ -10,7 +10,7 @@ struct Feature {
   const char* name;
   bool built_in;
   bool (*used)(const Model&);
-  bool of_smooth_trees = false;  // open trees whose forces are those of inputs, springs and dampers have it
+  bool of_smooth_trees = false;  // open trees with only inputs, springs and dampers have it
 };
 
 template <SolverMethod method>

@@ -13,7 +13,7 @@ namespace redysim {
 // read_model_file because the library does not need these warnings.
 std::vector<Diagnostic> idle_fields(const std::string& file, const Model& model);
 
-// The same for text in memory; `name` stands for the file in messages.
+// The same for text in memory; `name` replaces the path in messages.
 std::vector<Diagnostic> idle_fields_of(const std::string& text, const std::string& name, const Model& model);
 
 }  // namespace redysim
