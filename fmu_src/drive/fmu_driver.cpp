@@ -1,4 +1,4 @@
-// fmu_driver < JOB: loads an FMI 2.0 co-simulation FMU, runs it like a compiled importer and prints JSON.
+// fmu_driver < JOB: loads an FMI 2.0 co-simulation FMU, runs it like a compiled master and prints JSON.
 // Format of a job: see job.cpp. A call that does not return is reported as a hang.
 
 #include "drive/run.hpp"

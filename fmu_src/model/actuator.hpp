@@ -12,7 +12,7 @@ struct ActuatorOf {
   int link = 0;                              // the actuator drives the joint of this link
   double gear_ratio = 1, rotor_inertia = 0;  // motor angle divided by q; kg m^2
   bool gyroscopic = false;                   // the rotor turns with the parent link (dynamics/rotor.hpp)
-  // the values that an importer may set
+  // the values that a master may set
   Scalar stiffness = 0, damping = 0;  // of an elastic gear; stiffness 0: rigid gear
   Scalar backlash = 0,
          backlash_width = 0;  // total play; depth beyond it at which the gear reaches full stiffness

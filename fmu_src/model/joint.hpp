@@ -26,7 +26,7 @@ struct DhParameters {
   double gamma = 0, b = 0, alpha = 0, a = 0, theta = 0, d = 0;
 };
 
-// The parameters of a joint that an importer may set. tau_passive = -stiffness (q - rest) - damping qd -
+// The parameters of a joint that a master may set. tau_passive = -stiffness (q - rest) - damping qd -
 // friction and stop forces (dynamics/joint_force.hpp). armature is added to the diagonal of the mass matrix.
 template <class Scalar>
 struct JointParameters {

@@ -150,7 +150,7 @@ struct SolverSettings {
 struct FmuSettings {
   OutputGroups outputs = OutputGroups::by_default();
   bool shows(OutputGroup group) const { return outputs.has(group); }
-  std::vector<std::string> tunable;        // parameters that an importer may change, such as "link3.mass"
+  std::vector<std::string> tunable;        // parameters that a master may change, such as "link3.mass"
   double stop_time = 1, step_size = 1e-3;  // default experiment, s
   static constexpr const char* origin_fields[] = {"version", "author", "license", "copyright"};
   std::vector<std::string> origin;  // the texts of origin_fields; empty if not given

@@ -15,14 +15,14 @@ auto cast_each(const std::vector<Part>& parts) {
   return result;
 }
 
-// A state that an importer sets (tunable "state"); empty if this is not enabled. Positions and velocities are
+// A state that a master sets (tunable "state"); empty if this is not enabled. Positions and velocities are
 // in joint order, with quaternion and angular velocity for a spherical joint; then the actuator states.
 struct StateToApply {
   std::vector<double> q, qd, actuator;
   double number = 0;  // the state is applied when this number changes
 };
 
-// The values of a model that an importer may set. With dual numbers each value carries its derivative in one
+// The values of a model that a master may set. With dual numbers each value carries its derivative in one
 // direction, and so do all results computed from it.
 template <class Scalar>
 struct Parameters {

@@ -15,7 +15,7 @@ struct LoadedModel {
   std::string guid;
 };
 
-// Reads the model file of the unpacked FMU and compares its GUID with the importer's. Empty: refused; the
+// Reads the model file of the unpacked FMU and compares its GUID with the master's. Empty: refused; the
 // reason is logged as "<function>: ...".
 std::optional<LoadedModel> load_model(const Log& log, const char* function, const char* instance_name,
                                       const char* guid, const char* location);

@@ -33,7 +33,7 @@ class CurrentState {
   void plan_changed() { following_is_current_ = false; }
   void motion_changed();
   void stepped() { follows_motion_ = true; }
-  void given();  // model exchange: the importer has set states
+  void given();  // model exchange: the master has set states
   // Replaces y by the nearest state that satisfies the loop constraints; a pending jump of prescribed joints
   // does not move it. False: they cannot be satisfied, nothing is changed.
   bool replace(double* y);

@@ -6,7 +6,7 @@
 #include "fmi/variables/parameters.hpp"
 #include "model/number.hpp"
 
-// Time derivatives of inputs, set by the importer, and derivatives of outputs, read by it.
+// Time derivatives of inputs, set by the master, and derivatives of outputs, read by it.
 
 namespace redysim {
 

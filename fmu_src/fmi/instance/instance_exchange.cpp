@@ -8,12 +8,12 @@
 #include "integrate/methods/given_state.hpp"
 #include "model/number.hpp"
 
-// Model exchange: the importer integrates the states y.
+// Model exchange: the master integrates the states y.
 
 namespace redysim {
 namespace {
 
-// Relative tolerance for reaching a time event, since importers may accumulate step sizes.
+// Relative tolerance for reaching a time event, since masters may accumulate step sizes.
 constexpr double time_slack = 1e-12;
 
 }  // namespace
@@ -170,7 +170,7 @@ fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
   return fmi2OK;
 }
 
-// Accelerations that are not finite are not an error of the importer: a smaller step may avoid them.
+// Accelerations that are not finite are not an error of the master: a smaller step may avoid them.
 fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   constexpr Function function = Function::get_derivatives;
   if (const std::string why = objection_to_states(derivatives, count); !why.empty())
@@ -180,7 +180,7 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   why = values_.update(Needs::slopes);
   if (!why.empty()) {
     log_.warning(name_of(function) + ": " + why);
-    // for importers that ignore the status
+    // for masters that ignore the status
     std::fill_n(derivatives, count, std::numeric_limits<double>::quiet_NaN());
     return fmi2Discard;
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Relative tolerance for the importer's times, since importers accumulate steps or count nanoseconds.
+// Relative tolerance for the master's times, since masters accumulate steps or count nanoseconds.
 constexpr double time_tolerance = 1e-9;
 
 // Minimum step, s; quotients by shorter steps would overflow.

@@ -8,7 +8,7 @@
 
 namespace redysim {
 
-// The parameters as set by the importer, and whether the plan contains them.
+// The parameters as set by the master, and whether the plan contains them.
 class ParameterSet {
  public:
   ParameterSet(Simulation& simulation, CurrentState& state)
@@ -26,7 +26,7 @@ class ParameterSet {
     pending_.changed = false;
     if (!state_is_due()) pending_.given = Given::none;
   }
-  // State set by the importer through parameters: none; `state.apply` was set; it has replaced the state.
+  // State set by the master through parameters: none; `state.apply` was set; it has replaced the state.
   enum class Given : std::uint8_t { none, due, applied };
   // Call after a change of a prescribed motion or of the given values: the given state is applied again.
   void give_again() {

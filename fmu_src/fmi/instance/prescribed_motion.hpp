@@ -25,7 +25,7 @@ class PrescribedMotion {
   void set_locked(const Variable& variable, double value);  // a locked joint has its start position
   void inputs_ended(int joint, double acceleration) { values_[3 * joint + 2] = acceleration; }
 
-  // Names of inputs that the importer has never set; empty: none. To be reported once.
+  // Names of inputs that the master has never set; empty: none. To be reported once.
   bool is_reported() const { return reported_; }
   std::string never_set();
 
@@ -41,7 +41,7 @@ class PrescribedMotion {
 
   Simulation& simulation_;
   std::vector<double> values_;          // 3 per joint
-  std::vector<unsigned char> was_set_;  // 1: set by the importer since the reset
+  std::vector<unsigned char> was_set_;  // 1: set by the master since the reset
   bool reported_ = false;
 };
 

@@ -9,7 +9,7 @@ namespace redysim {
 
 using Bytes = std::vector<unsigned char>;
 
-// The saved states that the importer holds.
+// The saved states that the master holds.
 class SavedStates {
  public:
   Bytes* find(const void* saved) const;  // null: not one of these

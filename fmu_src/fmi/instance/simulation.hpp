@@ -14,14 +14,14 @@ namespace redysim {
 // Model, equations and integrator of one instance, shared by its parts.
 struct Simulation {
   Simulation(Model given, bool for_model_exchange);
-  // Integrates the system; in model exchange, holds the states that the importer integrates.
+  // Integrates the system; in model exchange, holds the states that the master integrates.
   std::unique_ptr<Integrator> make_integrator(const SolverSettings& settings);
   std::string failed_joint() const;  // cause of the last failure; empty: unknown
   // The states of model exchange.
   IndependentCoordinates& independent();
 
   const Model model;
-  const bool model_exchange;      // the importer integrates: `integrator` is a GivenState
+  const bool model_exchange;      // the master integrates: `integrator` is a GivenState
   Parameters<double> parameters;  // current values
   Plan<double> plan;
   System system;  // uses plan; holds the inputs

@@ -9,7 +9,7 @@
 namespace redysim {
 
 // Sets IEEE 754's defaults (round to nearest, no traps, no flushing) during its lifetime, then restores the
-// modes and flags of the environment. Otherwise a trap set by the importer would stop its process in a trial
+// modes and flags of the environment. Otherwise a trap set by the master would stop its process in a trial
 // step that is later rejected, and a failed step would leave flags set.
 class FloatMode {
  public:

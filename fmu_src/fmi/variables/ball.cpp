@@ -16,7 +16,7 @@ bool is_driven(const Scene& scene, const Variable& variable) {
 }
 
 double read_quaternion(Values& at, const Variable& v) {
-  if (at.is_integrated_outside()) return at.state(v);  // as set by the importer, of any length
+  if (at.is_integrated_outside()) return at.state(v);  // as set by the master, of any length
   return Eigen::Map<const Eigen::Vector4d>(at.ball_quaternion(v.ball)).normalized()[v.element];
 }
 

@@ -1,6 +1,6 @@
 #include "fmi/variables/entry.hpp"
 
-// The state that the importer applies between two steps. It does not affect the start, so it has no
+// The state that the master applies between two steps. It does not affect the start, so it has no
 // dependencies.
 
 namespace redysim {

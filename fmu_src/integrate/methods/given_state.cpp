@@ -65,7 +65,7 @@ bool GivenState::close(double time, double* y) {
   };
   if (!close_from_here()) return false;
   if (!coordinates_.was_far()) return true;
-  // some importers complete no steps; a restored state starts from here, too
+  // some masters complete no steps; a restored state starts from here, too
   completed_step(y);
   return close_from_here();
 }

@@ -7,7 +7,7 @@
 
 namespace redysim {
 
-// Model exchange: the importer integrates. This class holds the time and the states that it sets: entries of
+// Model exchange: the master integrates. This class holds the time and the states that it sets: entries of
 // y and independent coordinates. The other entries of y are those at the last completed step, or at a later
 // state (see close).
 class GivenState final : public Integrator {

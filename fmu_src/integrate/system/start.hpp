@@ -11,7 +11,7 @@
 
 namespace redysim {
 
-// q, qd and qdd of a prescribed joint before the importer sets them.
+// q, qd and qdd of a prescribed joint before the master sets them.
 std::array<double, 3> start_motion(const Joint& joint, const JointParameters<double>& start);
 
 // Starts the prescribed motions at `time`: joints with a trajectory follow it, the others move by

@@ -17,7 +17,7 @@ namespace redysim {
 class IndependentCoordinates;
 
 // A System at one point with one direction of change, as dual numbers: exact directional derivatives. Created
-// when an importer first requests derivatives.
+// when a master first requests derivatives.
 class Tangent {
  public:
   Tangent(const Model& model, const System& system);
