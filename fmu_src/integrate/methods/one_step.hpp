@@ -132,8 +132,10 @@ class OneStep : public Integrator {
 
   bool first_step_from_here();
   void begin_account();
-  void forget_goal() { goal_ = std::numeric_limits<double>::quiet_NaN(); }  // prevents a continuation
-                                                                            // advance
+  void forget_goal() {
+    goal_ = std::numeric_limits<double>::quiet_NaN();
+  }  // prevents a continuation
+     // advance
   Outcome run_to_end(bool may_choose);
   bool passes_contact(double since, const double* y, double h);
   Flag attempt();
