@@ -4,7 +4,7 @@
     python bench/automatic.py                      the files of models/ but OMITTED
     python bench/automatic.py -f kr5 -u held       models and uses whose names match the regular expressions
     python bench/automatic.py MODEL.toml...        other model files
-    python bench/automatic.py --scatter            the best single method itself instead of `auto`: what the account cannot resolve
+    python bench/automatic.py --scatter            the best single method instead of `auto`: the scatter of the ratios
     python bench/automatic.py --markdown           the table of docs/solver_measurements.md
 
 Work is CPU time estimated from counts, in right-hand sides of `erk`: those of other methods are weighted
@@ -187,7 +187,7 @@ def work_at(points, error):
 
 
 def ratio(line):
-    """Work over the best, where the difference matters."""
+    """Work relative to the best, without differences that do not matter."""
     _, _, _, work, best, *_ = line
     return max(work - NEGLIGIBLE, min(work, best)) / best
 

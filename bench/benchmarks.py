@@ -264,13 +264,13 @@ def cell(value: float, form: str) -> str:
 
 
 def published(benchmark: Benchmark) -> tuple[float, str]:
-    """CPU time (s) of the published entry, and what is said of it."""
+    """CPU time (s) of the published entry, and its description."""
     seconds, _, rest = benchmark.published.removeprefix("OpenSim 3.2 ").partition(" s")
     return float(seconds), rest
 
 
 def draw(results: list[tuple[Benchmark, list[Row]]], file: Path) -> None:
-    """CPU time over error, one diagram a benchmark, as those of peers/summary.py; published entries state no error."""
+    """CPU time over error, one diagram per benchmark, as those of peers/summary.py; published entries state no error."""
     matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "redysim"})
     figure = Figure(figsize=(10.4, 2.7 * -(-len(results) // 3)), layout="constrained")
     for i, (benchmark, rows) in enumerate(results):

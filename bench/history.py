@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The history of the figures with targets: one JSON line a commit in docs/figures_history.jsonl, and its plot.
+"""The history of the figures with targets: one JSON line per commit in docs/figures_history.jsonl, and its plot.
 
     python bench/history.py         draws docs/pictures/figures_history.svg
 

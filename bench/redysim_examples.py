@@ -121,7 +121,7 @@ def row(case: Case, rows: list[Found]) -> str:
 
 
 def rows(case: Case, found: list[Found]) -> list[str]:
-    """One row a quantity and source."""
+    """One row per quantity and source."""
     groups: dict[tuple[str, str], list[Found]] = {}
     for one in found:
         groups.setdefault((one.known.what, one.known.source), []).append(one)

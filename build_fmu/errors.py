@@ -22,7 +22,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def named(known: Iterable[str]) -> str:
-    """Returns `; available: a, b and 7 more`, for a name that is similar to none of them."""
+    """Returns `; available: a, b and 7 more`, for a name without a similar one."""
     known = list(known)
     return f"; available: {listed(known)}" if known else "; none are available"
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The figures and plots of docs/performance.md and docs/stability_peers.md, in one run: bench.sh [OPTIONS OF bench/all.py];
+# The figures and plots that bench/all.py lists, in one run: bench.sh [OPTIONS OF bench/all.py];
 # --docs also updates docs/. bench.sh core [OPTIONS OF bench/run.py]: the recursions only.
 set -eu
 cd "$(dirname "$0")/.."

@@ -43,7 +43,7 @@ MOST_COMPLEX = 15  # McCabe's cyclomatic complexity of a C++ function, as lizard
 SIZED = ("fmu_src", "build_fmu", "tests", "bench", "scripts")
 CODE = (".hpp", ".cpp", ".h", ".py")
 TEXT = (*CODE, ".sh", ".toml", ".md", ".json", ".txt", ".yml", ".cmake")
-# folders of one machine; a path in a clone never starts like this
+# folders of one machine; no path in a clone starts like this
 MACHINE_PATH = re.compile(r"(?<![\w.$}~])/(home/\w|Users/\w|root/|work/|tmp/\w)")
 SKIPPED = {".git", ".venv", ".sundials", "build", "out", "__pycache__", ".pytest_cache", ".hypothesis"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -1,6 +1,6 @@
 #!/bin/sh
 # The wheel for this system in out/wheel, tested in an empty environment. Its platform tag manylinux_2_N is that of the oldest glibc which
-# has all symbols of the compiled files. It carries the libraries for other systems that are built, too (`make win64`, `make wasm`, ...).
+# has all symbols of the compiled files. It also contains the libraries for other systems that are built (`make win64`, `make wasm`, ...).
 # After `make win64` also the wheel for Windows: the same files with the programs for Windows, tested under Wine.
 set -eu
 cd "$(dirname "$0")/.."

@@ -57,7 +57,7 @@ def add(commands) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes page and films and returns the exit code. Of a failed simulation they show what precedes the failure, which is raised then."""
+    """Writes page and films and returns the exit code. After a failure they show the part before it; the error is raised then."""
     from build_fmu.draw.shapes import with_solids
     from build_fmu.show.film import film
     from build_fmu.show.page import page

@@ -46,7 +46,7 @@ def _read(file: str, changed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
         import trimesh
     except ImportError:
         raise UserError(f"mesh '{file}' requires the package trimesh: pip install 'build-fmu[mesh]'") from None
-    # a missing texture is no error: without a handler Python prints trimesh's tracebacks
+    # a missing texture is not an error: without a handler Python prints trimesh's tracebacks
     logging.getLogger("trimesh").addHandler(MUTE)
     try:
         resolver = trimesh.resolvers.FilePathResolver(file)

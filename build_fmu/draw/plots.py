@@ -122,5 +122,5 @@ def _set_ranges(axes, panel: Panel, time: np.ndarray) -> None:
 
 def _label(name: str, kind: str, parts: dict[str, str]) -> str:
     label = label_of(name, kind, parts)
-    # matplotlib reads $ as mathematics and hides names that start with _
+    # matplotlib interprets $ as mathematics and hides names that start with _
     return (" " if label.startswith("_") else "") + label.replace("$", r"\$")

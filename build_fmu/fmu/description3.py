@@ -80,7 +80,7 @@ def model_description(model: Description) -> bytes:
 
 def _flags(capabilities: dict[str, Any]) -> dict[str, Any]:
     flags = {new: capabilities[old] for old, new in RENAMED.items() if old in capabilities}
-    # adjoint derivatives are computed from directional ones
+    # every model with directional derivatives has adjoint ones
     return flags | {"providesAdjointDerivatives": flags.get("providesDirectionalDerivatives", False)}
 
 

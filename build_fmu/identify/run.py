@@ -119,7 +119,7 @@ def identify(plant: Plant, run: Run, chosen: Sequence[str] = (), cutoff: float |
 
 
 def arbitrary(plant: Plant) -> np.ndarray:
-    """Returns the stacked regressor of arbitrary motions, which excites all that any motion can.
+    """Returns the stacked regressor of arbitrary motions, which excite all parameters that have an effect.
 
     Lengths, times and torques are relative to the size and the gravity of the model. Columns that are rounding are set to 0.
     """
@@ -212,7 +212,7 @@ def _misfit(plant: Plant, found: Estimate, fitted: Fit, best: np.ndarray, left: 
 
 
 def _correlation(plant: Plant, best: np.ndarray) -> list[str]:
-    """Warnings of residuals that are no independent noise."""
+    """Warnings of residuals that are not independent noise."""
     both = (best[1:] * best[:-1]).mean(axis=0) / np.maximum((best**2).mean(axis=0), 1e-300)
     j = int(both.argmax())
     if both[j] <= CORRELATED:

@@ -1,4 +1,4 @@
-"""What each joint of a tree moves in the start pose."""
+"""Mass and inertia that each joint of a tree moves in the start pose."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def _masks(mj: Mjcf, geom: Geom) -> tuple[int, int]:
 
 
 def _collides(mj: Mjcf, geom: Geom) -> bool:
-    """Returns whether a geom collides with any other one."""
+    """Returns whether a geom can collide with others."""
     name = geom.values.get("name")
     return any(_masks(mj, geom)) or any(name and name in (pair.get("geom1"), pair.get("geom2")) for pair, _ in _of_section(mj, "pair"))
 

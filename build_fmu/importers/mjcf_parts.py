@@ -199,7 +199,7 @@ class Parts:
                 setattr(link, key, getattr(link, key) + self._gear(element, values) ** 2 * first)
 
     def add_actuators(self, limits: bool) -> None:
-        """Gives the joints with an actuator a torque input and the others none, and lists what the actuators do besides."""
+        """Gives the joints with an actuator a torque input and the others none, and lists other effects of the actuators."""
         found = list(self._actuators())
         if not found:
             if any(joint.kind != "free" for joint in self.tree.joints):
@@ -307,7 +307,7 @@ class Parts:
             at, rate = at + n, rate + m
 
     def _report_key(self, key: etree._Element, name: str) -> None:
-        """Lists what a keyframe states besides positions and velocities, if it has an effect in MuJoCo."""
+        """Lists the contents of a keyframe other than positions and velocities, if they have an effect in MuJoCo."""
         given = {part: self.mj.numbers(key, key.attrib, part, None) for part in ("ctrl", "act", "mpos", "mquat") if part in key.attrib}
         moved = any(body.get("mocap") == "true" for body in self.mj.root.iterfind("worldbody//body"))
         lost = [part for part, values in given.items() if (moved if part.startswith("m") else any(values))]

@@ -1,4 +1,4 @@
-"""What a source allows and no simulation does: impossible inertias, joints that move no mass, and massless links between several axes."""
+"""Parts of a source that cannot be simulated: impossible inertias, joints that move no mass, massless links between several axes."""
 
 from __future__ import annotations
 

@@ -42,12 +42,12 @@ READ["axis2"] = READ["axis"]
 SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 LOOPS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "ball": "spherical"}
 KINDS = (*LOOPS, "universal")
-# what <axis> of the joints without an axis contains in vain; limits and friction of a fixed joint have no effect
+# elements of <axis> without effect on joints without an axis; limits and friction of a fixed joint have no effect
 UNMOVED = {"fixed": ("mimic",), "ball": ("dynamics", "limit", "mimic")}
 GEARBOX = ("gearbox_ratio", "gearbox_reference_body")
 # correct, but not read
 OTHER = ("plugin", "sensor", "light", "surface", "self_collide", "gripper", "include", "audio_source", *GEARBOX)
-UNLIMITED = 1e15  # a limit beyond it is none
+UNLIMITED = 1e15  # a larger limit means no limit
 
 
 @dataclass
@@ -103,7 +103,7 @@ class Sdf(Urdf):
         return moving[0]
 
     def _frames(self) -> None:
-        """Fills `places`: what a name refers to, and the element and the default reference of its pose."""
+        """Fills `places`: by name the element and the default reference of its pose."""
         self.places: dict[str, tuple[etree._Element, str]] = {}
         for tag in ("link", "joint", "frame"):
             for element in self.model.findall(tag):
@@ -132,13 +132,13 @@ class Sdf(Urdf):
         return self.known[name]
 
     def _unknown(self, what: str, name: str) -> str:
-        """Returns why a name refers to nothing."""
+        """Returns the reason why a name is not found."""
         if "::" in name:
             return f"{what} '{name}': included and nested models are not supported; copy their links and joints into the model"
         return f"unknown {what} '{name}'{did_you_mean(name, self.places)}"
 
     def link_of(self, name: str, by: etree._Element, seen: tuple[str, ...] = ()) -> str:
-        """Returns the link that a name of a joint's end means: a link, or the one that a frame or joint is attached to."""
+        """Returns the link at an end of a joint: the named link, or the one that the named frame or joint is attached to."""
         if name == WORLD:
             return WORLD
         if name not in self.places or name in seen:
@@ -296,7 +296,7 @@ class Sdf(Urdf):
                 self.lost.append(f"{self.shown}:{limit.sourceline}: the limit of '{name}', which has one on one side only")
             bounds = {"lower": repr(low), "upper": repr(high)} if both else {}
             most = {key: self._number(limit, key, "inf") for key in ("effort", "velocity")}
-            # a negative value is no limit
+            # a negative value means no limit
             bounds |= {key: repr(x) for key, x in most.items() if 0 <= x < UNLIMITED}
             self._add(target, limit, "limit", **bounds)
         for mimic in axis.findall("mimic"):

@@ -18,7 +18,7 @@ def model_text(draft: Draft, file: str = "") -> str:
     """Returns the text of the model file, which will have this name."""
     lines = [*_comment(f"Imported from {draft.source}.")]
     if draft.inputs:
-        # one line, however long, because it is pasted into a shell
+        # a single line of any length, because it is pasted into a shell
         lines += [
             *_comment("Inputs are not part of a model. To run it with the inputs of its source, in the folder of this file:"),
             f"# {run_command(draft, file or f'{draft.name}.toml')}",

@@ -1,4 +1,4 @@
-"""The derivative of a step: Gauss collocation of order 6, differentiated exactly, on as many intervals as it takes."""
+"""The derivative of a step: Gauss collocation of order 6, differentiated exactly, with as many intervals as necessary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The class `Model`: what controllers, observers and identification need of a model file, as NumPy arrays.
+"""The class `Model`: the equations of a model file for controllers, observers and identification, as NumPy arrays.
 
 All values are in SI units and rad. `n` states, `k` inputs; `docs/python.md` describes the methods.
 """
@@ -425,7 +425,7 @@ class Model:
         for letter, values in (("q", q), ("qd", qd), ("qdd", qdd)):
             names = [f"{joint}.{letter}" for joint in joints]
             given |= dict(zip(names, _array(values, names, letter), strict=True))
-        # start values are no parameters of the inverse, where the motion is given
+        # the inverse has no start values, because its motion is given
         names = [*session.names("parameter"), *(v.name for v in self.description.select("parameter"))]
         for name in self.parameters:
             if name not in names:

@@ -13,7 +13,7 @@ from build_fmu.library.evaluation import Evaluation
 COORDINATE = re.compile(r".*\.(q(\[\d+\])?|quaternion\[\d\]|motor_q)")
 RATE = re.compile(r".*\.(qd(\[\d+\])?|omega\[\d\]|motor_qd)")
 AT_REST = 1e-6  # rad/s2, m/s2: acceleration of a state at rest
-ROUNDING = 1e-14  # a square of a free motion, relative to the largest square
+ROUNDING = 1e-14  # square of a free motion, relative to the largest square
 REAL = 1e-8  # imaginary part of a square that is rounding, relative to the largest square
 
 

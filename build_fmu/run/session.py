@@ -184,7 +184,7 @@ class Session:
         self._guarded(f"in the step from t = {time:g} s", lambda: self.instance.doStep(time, size))
 
     def terminate(self) -> None:
-        """Ends the simulation; the FMU then says what was doubtful in it."""
+        """Ends the simulation; the FMU then logs its final warnings."""
         self._guarded("when terminating", self.instance.terminate)
 
     def warnings(self) -> list[str]:

@@ -135,13 +135,13 @@ def _controls(model: Description, frames: set[str]) -> list[dict[str, Any]]:
 
 
 def _range(variable: Variable, value: float, scale: float, is_input: bool) -> tuple[float, float]:
-    """Returns the range of a slider: of an input or a parameter that is 0 by its scale, of others up to twice the value."""
+    """Returns the range of a slider: by its scale for an input or a parameter of value 0, otherwise up to twice the value."""
     low, high = sorted((0.0, 2 * value)) if value and not is_input else (-scale, scale)
     return max(low, -math.inf if variable.min is None else variable.min), min(high, math.inf if variable.max is None else variable.max)
 
 
 class _Forces:
-    """Scales of forces and torques: twice what carries the outboard links in the start pose."""
+    """Scales of forces and torques: twice the load that carries the outboard links in the start pose."""
 
     def __init__(self, drawing: dict[str, Any]) -> None:
         self.links = drawing["links"]

@@ -1,4 +1,4 @@
-"""Kinematics of the drawing of a mechanism, as in the page, for films."""
+"""Kinematics of the drawing of a mechanism for films, as in the page."""
 
 from __future__ import annotations
 

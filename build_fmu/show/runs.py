@@ -24,7 +24,7 @@ def run_of(session: Session, result: Result, failure: UserError | None = None) -
     units = {}
     for name in columns:
         display = session.display(name)
-        # offsets are ignored: they are wrong for differences, and no unit of this project has one
+        # offsets are ignored: no unit of this project has one
         units[name] = (display.unit, display.factor)
     return Run(result.time, columns, units, failure)
 

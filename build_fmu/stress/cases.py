@@ -1,4 +1,4 @@
-"""The catalogue of extreme cases derived from every model, with their durations."""
+"""The extreme cases derived from every model, with their durations."""
 
 from __future__ import annotations
 
