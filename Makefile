@@ -30,7 +30,7 @@ fuzz: ## libFuzzer for a minute on model files, saved states and call sequences
 fmu: ## every model in models/ as an FMU in out/, validated and simulated by FMPy
 	@sh scripts/fmu.sh
 
-bench: ## all figures and plots of docs/performance.md, docs/stability_peers.md and docs/contact.md in out/bench
+bench: ## all figures and plots of docs/performance.md and the other measured pages, in out/bench
 	@sh scripts/bench.sh
 
 benchmarks: ## the IFToMM multibody benchmarks of docs/benchmarks.md in out/bench

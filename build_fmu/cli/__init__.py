@@ -27,7 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.parser.refuse(rest)
     try:
         with standard_streams(options):
-            return options.run(options) or 0
+            code = options.run(options) or 0
+        sys.stdout.flush()
+        return code
     except InvalidArgument as error:
         return options.parser.complain(str(error))
     except UserError as error:
@@ -38,6 +40,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # the reader of the output (head, less) has ended
         sys.stderr.close()
         return 1
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the rest of a full disk's buffer
+        print(f"{error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
@@ -47,7 +53,7 @@ def parser_of_commands() -> Parser:
     """Returns the parser of all commands."""
     parser = Parser(
         prog="build-fmu",
-        description="Builds FMUs (co-simulation, FMI 2.0 or 3.0) from DH model files, simulates them and plots the results.",
+        description="Builds FMUs (co-simulation and model exchange, FMI 2.0 or 3.0) from DH model files, and simulates and plots them.",
         epilog="For example: build-fmu import arm.urdf; build-fmu show arm.toml; build-fmu build arm.toml. "
         "build-fmu COMMAND --help lists the options. In place of a model file `-` is standard input, in place of an output file "
         "standard output.",

@@ -318,9 +318,11 @@ def _held_remark(off: list[tuple[float, str]], unit: str) -> str:
 
 
 def _held_error(table: Table, times: np.ndarray) -> float:
-    """Returns the largest difference between the rows and the value at the start of their step."""
+    """Returns the largest difference between the table and its value at the start of a step, which is held until the next time."""
     rows, values = np.array(table.times), np.array(table.values)
-    inside = (rows > times[0]) & (rows < times[-1])
-    starts = times[np.searchsorted(times, rows[inside], side="right") - 1]
-    at_steps = np.interp(times, rows, values)
-    return float(max(np.abs(np.diff(at_steps)).max(initial=0.0), np.abs(values[inside] - np.interp(starts, rows, values)).max(initial=0.0)))
+    grain = 1e-9 * np.diff(times).min()
+    held = np.interp(times[:-1], rows, values)  # of two rows at one time the later one
+    ends = np.interp(times[1:] - grain, rows, values)
+    step = np.searchsorted(times[1:-1], rows, side="right")
+    inside = (rows > times[step]) & (rows < times[step + 1] - grain)
+    return float(max(np.abs(ends - held).max(), np.abs(values - held[step])[inside].max(initial=0.0)))

@@ -124,8 +124,7 @@ def read_table(path: Path, unit: UnitOf = lambda _: None) -> dict[str, list[floa
     first = text.partition("\n")[0]
     separator = next((mark for mark in ";\t" if mark in first), ",")
     rows = [[cell.strip().strip('"') for cell in row] for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator)]
-    if separator != ",":
-        rows[1:] = [[cell.replace(",", ".") for cell in row] for row in rows[1:]]
+    mark = "." if separator == "," else ","  # of decimals
     head = [_without_unit(path, cell, unit) for cell in rows[0]] if rows else []
     if "time" not in head:
         if "t" not in head:
@@ -133,15 +132,19 @@ def read_table(path: Path, unit: UnitOf = lambda _: None) -> dict[str, list[floa
         head[head.index("t")] = "time"
     table: dict[str, list[float]] = {name: [] for name in head}
     if len(table) != len(head):
-        raise UserError(f"'{path}' has duplicate column names")
+        raise UserError(f"{path}:1: duplicate column '{next(name for name in head if head.count(name) > 1)}'")
     for line, row in enumerate(rows[1:], start=2):
         if not any(row):
             continue
         if len(row) != len(head):
             raise UserError(f"{path}:{line}: {len(row)} values, but the first line has {len(head)} columns")
         for name, cell in zip(head, row, strict=True):
-            table[name].append(_number(cell, f"{path}:{line}: column '{name}'"))
-    _check_times(path, table["time"])
+            table[name].append(_number(cell, f"{path}:{line}: column '{name}'", mark))
+        times = table["time"]
+        if len(times) > 1 and times[-1] < times[-2]:
+            raise UserError(f"{path}:{line}: time decreases from {times[-2]:g} to {times[-1]:g} s")
+    if not table["time"]:
+        raise UserError(f"'{path}' has no rows")
     return table
 
 
@@ -160,14 +163,6 @@ def _without_unit(path: Path, cell: str, unit: UnitOf) -> str:
 def _plain(unit: str) -> str:
     """Returns a unit without signs of multiplication."""
     return re.sub(r"[\s.*·^]", "", unit)
-
-
-def _check_times(path: Path, times: Sequence[float]) -> None:
-    if not times:
-        raise UserError(f"'{path}' has no rows")
-    for before, time in zip(times, times[1:], strict=False):
-        if time < before:
-            raise UserError(f"'{path}': time decreases from {before:g} to {time:g} s")
 
 
 def parse_start(arguments: Sequence[str], kind: str = "start value") -> dict[str, str]:
@@ -205,9 +200,9 @@ def _only_column(path: Path, name: str, unit: UnitOf) -> Signal:
     raise UserError(f"'{path}' has no column '{name}'{did_you_mean(name, others)}")
 
 
-def _number(text: str, where: str) -> float:
+def _number(text: str, where: str, mark: str) -> float:
     try:
-        value = float(text.replace("_", "?"))  # 1_000 is Python's notation
+        value = float(text.replace("_", "?").replace(mark, "."))  # 1_000 is Python's notation
     except ValueError:
         raise UserError(f"{where}: '{text}' is not a number") from None
     if not math.isfinite(value):

@@ -160,6 +160,14 @@ def test_a_model_and_a_table_come_from_stdin(built_library, here):
     assert list(here.iterdir()) == []
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("arguments", [["check", PENDULUM], ["check", PENDULUM, "--json"], ["simulate", PENDULUM, "--csv", "-"]])
+def test_a_full_disk_behind_stdout_is_one_sentence(built_library, arguments):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([sys.executable, "-m", "build_fmu", *map(str, arguments)], stdout=full, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 1 and done.stderr.decode().splitlines()[-1] == "standard output: No space left on device"
+
+
 def test_files_beside_a_model_from_stdin_are_found(built_library, here):
     (here / "hills.csv").write_text("0,0,0\n0,0,0\n0,0,0\n")
     model = (

@@ -147,6 +147,15 @@ def test_tables_hold_unless_they_are_to_be_followed(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("times", "values", "off"),
+    [([0, 0.2, 0.2, 3], [1, 1, 7, 7], None), ([0, 0.25, 0.25, 3], [1, 1, 7, 7], "6"), ([0, 0.2, 0.2, 1], [0, 2, 7, 7], "1")],
+)
+def test_a_jump_at_a_communication_point_is_followed(times, values, off):
+    remarks = Course({"a.tau": Table(times, values)}, TIMES, 1e-9, "expressions", ["a.tau"]).remarks({"a.tau": "N.m"})
+    assert [f"up to {off} N.m off the table" in remark for remark in remarks] == [True] * (off is not None)
+
+
 @pytest.mark.parametrize(("first", "last", "told"), [(0, 0.9, False), (0, 0.8, True), (0.05, 1, True), (7, 8, True)])
 def test_a_table_that_does_not_contain_the_run_is_told(first, last, told):
     rows = Course({"a.tau": Table([first, last], [1, 2]), "b.tau": Table([first, last], [0, 1])}, TIMES, 1e-9, "all", ["a.tau", "b.tau"])

@@ -19,7 +19,7 @@ inline constexpr LogCategory log_categories[] = {
     {"logAll", "Every message"},
     {"logStatusError", "Refused calls and failed steps, with the reason"},
     {"logStatusWarning", "Doubtful model data and doubtful use of the FMU"},
-    {"logEvents", "Events: start of the solver, reset, end of the simulation"},
+    {"logEvents", "Events: start of the solver, choices of the method, reset, end of the simulation"},
 };
 
 // Passes messages to the logger of the environment, if there is one. Errors are on by default, the other

@@ -10,7 +10,7 @@ namespace redysim {
 struct Tuning {
   // ---- auto
   // Measured with bench/automatic.py: work relative to the best single method at equal error, at rtol 1e-4 to
-  // 1e-10, in six uses of the files of models/ (docs/solvers.md).
+  // 1e-10, in six uses of the files of models/ (docs/solver_measurements.md).
 
   static constexpr long steps_between_choices = 16;  // internal steps
   // Up to this number of states, about 60 DOF, the implicit methods are created at initialization. Their
@@ -99,7 +99,7 @@ struct Tuning {
 
   // ---- tables of erk
   // Measured with bench/stepping on KR5, gripper, four-bar, pendulum, planar arm and top, at rest, with slow
-  // and with switching torques, in steps of 1 to 100 ms (docs/solvers.md).
+  // and with switching torques, in steps of 1 to 100 ms (docs/solver_measurements.md).
 
   static constexpr double third_order_rtol = 5e-3;  // above it order 3 has the minimum cost
   // If forces have corners and the tolerance is above corners_rtol: order 8 only for a remaining interval of
