@@ -107,7 +107,7 @@ def read(path: Path, options: Namespace) -> Draft:
     names = Names()
     _check_variables(rows)
     for index, row in enumerate(rows):
-        draft.links.append(_link(row, columns, index, draft.links, names))
+        draft.links.append(_link(row, columns, list(zip(rows[:index], draft.links, strict=True)), names))
     for link in draft.links:
         link.joint_name = names.take(link.joint_name, "_joint") if link.joint_name and link.joint_name != link.name else ""
     if standard:
@@ -214,9 +214,12 @@ def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], as
     return columns
 
 
-def _link(row: Row, columns: dict[str, Column], index: int, before: list[DraftLink], names: Names) -> DraftLink:
+def _link(row: Row, columns: dict[str, Column], before: list[tuple[Row, DraftLink]], names: Names) -> DraftLink:
     cells = row.cells
-    name = names.take(_called(cells.get("name", ""), "link") or f"link{index + 1}")
+    title = cells.get("name", "")
+    name = names.take(_called(title, "link") or f"link{len(before) + 1}")
+    if title.isdigit():
+        names.changed.append((title, name))
     parent = _parent(row, cells.get("parent", ""), before)
     values, variable = {}, ""
     for field, column in columns.items():
@@ -315,17 +318,23 @@ def _called(text: str, what: str) -> str:
     return f"{what}{text}" if text.isdigit() else text
 
 
-def _parent(row: Row, text: str, before: list[DraftLink]) -> str:
+def _parent(row: Row, text: str, before: list[tuple[Row, DraftLink]]) -> str:
     if not text:
-        return before[-1].name if before else GROUND
-    known = [link.name for link in before]
-    if text in known:
+        return before[-1][1].name if before else GROUND
+    titles = [above.cells.get("name", "") for above, _ in before]
+    known = [link.name for _, link in before]
+    if text not in titles and text in known:
         return text
+    if titles.count(text) > 1:
+        raise UserError(f"{row.where}: column 'parent': several previous rows have the name '{text}'")
+    if text in titles:
+        return known[titles.index(text)]
     if text.lower() in (GROUND, "base", "world", "0", "-1"):
         return GROUND
-    if text.isdigit() and 1 <= int(text) <= len(before):
+    if text.isdigit() and 1 <= int(text) <= len(before) and not any(title.isdigit() for title in titles):
         return known[int(text) - 1]
-    raise UserError(f"{row.where}: column 'parent': '{text}' is not a link of a previous row{did_you_mean(text, known)}")
+    named = [title or name for title, name in zip(titles, known, strict=True)]
+    raise UserError(f"{row.where}: column 'parent': '{text}' is not a link of a previous row{did_you_mean(text, named)}")
 
 
 def _kind(row: Row, text: str, variable: str) -> str:

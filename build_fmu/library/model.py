@@ -54,9 +54,7 @@ class Model:
         self.description = describe(file)
         self.sample_time = sample_time_of(file)
         self._parameters: dict[str, float | str] = {}
-        if isinstance(tunable, str):
-            raise UserError(f"tunable must be a list of names, got '{tunable}'")
-        self._tunable = tuple(tunable or ())
+        self._tunable = _names("tunable", tunable or ())
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
@@ -118,7 +116,7 @@ class Model:
         with tempfile.TemporaryDirectory() as folder, Session(self._fmu(Variant(tunable=self._tunable))) as session:
             given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate((inputs or {}).items())]
             values = [_argument("parameter", name, value) for name, value in {**self.parameters, **(start or {})}.items()]
-            return simulate(session, Settings(stop, step, None, values, given, outputs, "all"))
+            return simulate(session, Settings(stop, step, None, values, given, _names("outputs", outputs), "all"))
 
     def simulate_many(
         self,
@@ -141,7 +139,7 @@ class Model:
             size = fmu.step if step is None else positive("the step size", step)
             steps = max(1, round((fmu.stop if stop is None else positive("the stop time", stop)) / size))
             whole("workers", workers, 1), whole("every", every, 0)
-            chosen = list(outputs) or fmu.reals()
+            chosen = list(_names("outputs", outputs)) or fmu.reals()
             for name in chosen:
                 if name not in fmu.reals():
                     raise unknown("output", name, fmu.reals())
@@ -491,6 +489,12 @@ def _argument(kind: str, name: str, value: str | float) -> str:
         raise UserError(f"{kind} '{name}' must be a number or a string, got {type(value).__name__}") from None
 
 
+def _names(what: str, names: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(names, str):
+        raise UserError(f"{what} must be a list of names, got '{names}'")
+    return tuple(names)
+
+
 def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: Path) -> str:
     """Returns the argument of `Settings`, with a table for times and values."""
     if not isinstance(value, tuple):
@@ -498,6 +502,8 @@ def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: P
     times, values = (np.asarray(part, dtype=float) for part in value)
     if times.ndim != 1 or times.shape != values.shape:
         raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")
+    if (np.diff(times) < 0).any():
+        raise UserError(f"input '{name}': times must not decrease")
     rows = "\n".join(f"{t!r},{v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True))
     table.write_text(f"time,{name}\n{rows}\n", encoding="utf-8")
     return f"{name}={table}"

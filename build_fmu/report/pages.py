@@ -80,7 +80,7 @@ def advice(report: Report) -> list[str]:
         elif any(math.isclose(c.points[0].step, report.step) for c in unfinished):
             line = "no recommendation, because unfinished curves could contain a cheaper run"
         else:
-            line = "no run of this sweep meets the target"
+            line = f"no run with a step size of {duration(report.step)} meets the target"
         lines.append(f"for {_power(target)} {report.unit}: {line}")
     if unfinished:
         lines.append(

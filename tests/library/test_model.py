@@ -303,6 +303,8 @@ def test_errors_are_one_sentence(model):
         (lambda: m.mass_matrix([1]), r"'q' must have the shape \(2,\) \(upper.q, lower.q\), got \(1,\)"),
         (lambda: m.forward([0, np.nan], [0, 0]), "'q' is not finite: entry 'lower.q'"),
         (lambda: m.linearise(h=-1), "the step size h must be a positive time in s, got -1"),
+        (lambda: m.simulate(outputs="lower.q"), "outputs must be a list of names, got 'lower.q'"),
+        (lambda: m.simulate(inputs={"lower.tau": ([0, 1, 0.5], [0, 0, 0])}), "input 'lower.tau': times must not decrease"),
         (lambda: rds.load(m.file, tunable="lower.mass"), "tunable must be a list of names, got 'lower.mass'"),
         (lambda: m.step(), "the step size h must be a positive time in s, got None"),
         (lambda: setattr(m, "parameters", {"upper.q0": np.nan}), "parameter 'upper.q0' must be finite, got nan"),

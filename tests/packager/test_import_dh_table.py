@@ -240,12 +240,31 @@ def test_what_is_said(tmp_path):
         ("type,theta\np,q1\n", "the joint is prismatic, but 'theta' is its variable"),
         ("type,theta\nball,0\n", "'ball' must be revolute, prismatic or fixed"),
         ("parent,a\n,0\nlink7,1\n", "arm.csv:3: column 'parent': 'link7' is not a link of a previous row; did you mean 'link1'?"),
+        ("name,parent,a\n1,0,1\n3,1,1\n4,2,1\n", "arm.csv:4: column 'parent': '2' is not a link of a previous row"),
+        ("name,parent,a\na,0,1\na,a,1\nb,a,1\n", "arm.csv:4: column 'parent': several previous rows have the name 'a'"),
     ],
 )
 def test_mistakes(tmp_path, text, sentence):
     with pytest.raises(UserError) as error:
         imported(tmp_path, text)
     assert sentence in str(error.value) and "arm.csv" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("names", "parents", "expected"),
+    [
+        (["0", "1", "2"], ["ground", "0", "1"], [-1, 0, 1]),
+        (["2", "1", "3"], ["0", "2", "1"], [-1, 0, 1]),
+        (["1", "2", "3"], ["0", "1", "1"], [-1, 0, 0]),
+        (["link 1", "link 2", "tip"], ["0", "link 1", "2"], [-1, 0, 1]),
+        (["20", "21", "22"], ["", "20", "20"], [-1, 0, 0]),
+    ],
+)
+def test_parents_are_names_of_the_table_then_numbers_of_rows(tmp_path, names, parents, expected):
+    rows = "".join(f"{name},{parent},1\n" for name, parent in zip(names, parents, strict=True))
+    links = imported(tmp_path, f"name,parent,a\n{rows}").links
+    order = {"ground": -1} | {link.name: i for i, link in enumerate(links)}
+    assert [order[link.parent] for link in links] == expected
 
 
 @pytest.mark.parametrize(

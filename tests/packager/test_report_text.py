@@ -107,7 +107,7 @@ def test_an_accuracy_beyond_the_reference_gets_no_advice():
 
 def test_an_accuracy_that_no_run_reached_is_said_so():
     points = [point("erk", 1e-3, 1e-3, 1.0), point("bdf", 1e-3, math.nan, 0.1, status="error")]
-    assert advice(report_of(points, (1e-3,)))[-1] == "for 1e-9 rad: no run of this sweep meets the target"
+    assert advice(report_of(points, (1e-3,)))[-1] == "for 1e-9 rad: no run with a step size of 10 ms meets the target"
 
 
 def test_a_busy_machine_is_named_next_to_the_advice():
