@@ -124,3 +124,61 @@ def test_energy_outputs_do_not_change_a_run(variant, instance, name, method, rto
         runs.append([(one.step(k * step, step), one.reals(states)) for k in range(round(min(stop, scene["fmu"]["stop_time"]) / step))])
         assert all(status == OK for status, _ in runs[-1])
     assert runs[0] == runs[1]
+
+
+PRESS = """name = "press"
+[[link]]
+name = "slide"
+joint = "prismatic"
+drive = "motion"
+alpha = 1.5707963267948966
+mass = 1
+[[link]]
+name = "tool"
+joint = "prismatic"
+drive = "motion"
+alpha = -1.5707963267948966
+mass = 1
+[[link]]
+name = "rod"
+parent = "ground"
+alpha = 1.5707963267948966
+q = 1
+mass = 1
+com = [1, 0, 0]
+[[contact]]
+name = "floor"
+link_a = "tool"
+shape_a = "sphere"
+radius_a = 0.1
+stiffness = 3000
+width = 0.003
+friction = 0.3
+[[trajectory]]
+joint = "slide"
+type = "speed"
+speed = 1.0
+[[trajectory]]
+joint = "tool"
+type = "polynomial"
+coefficients = [0.11, -0.15, 0.25]
+[solver]
+method = "{method}"
+rtol = 1e-8
+[fmu]
+outputs = ["energy"]
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "adams", "bdf", "erk"])
+def test_the_work_of_contacts_of_prescribed_bodies(built, instance, method):
+    """No state shows its error; the work of the drives cancels it in the total."""
+    t = np.linspace(0, 1, 100001)
+    depth = np.maximum(0.15 * t - 0.25 * t**2 - 0.01, 0)
+    u = np.minimum(depth / 0.003, 1)
+    power = -0.3 * 3000 * np.where(u < 1, 0.003 * u**3 * (1 - u / 2), depth - 0.0015)
+    work = np.concatenate([[0], np.cumsum(power[1:] + power[:-1]) * 0.5e-5])
+    one = instance(built(PRESS.format(method=method))).initialize()
+    for k in range(1000):
+        assert one.step(k * 1e-3, 1e-3) == OK
+        assert one.get("energy.contact") == pytest.approx(work[100 * (k + 1)], abs=1e-7)

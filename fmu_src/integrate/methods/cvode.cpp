@@ -68,6 +68,8 @@ Cvode::Cvode(System& system, const SolverSettings& settings, Scratch scratch, So
       slope_(y_) {
   restart_.y = y_;
   restart_.inputs = system.inputs();
+  if (system.with_work() && (system.control() || system.actuators() || system.plan().has_motion()))
+    works_.resize(static_cast<std::size_t>(system.layout().work.count));
   build();
 }
 
@@ -112,7 +114,7 @@ void Cvode::build_newton() {
 }
 
 Outcome Cvode::start(double time, const double* y) {
-  work_.start();
+  for (StepWork& work : works_) work.start();
   time_ = time;
   std::copy_n(y, y_.size(), y_.begin());
   restart_due_ = Due::first;
@@ -123,6 +125,15 @@ Outcome Cvode::start(double time, const double* y) {
 void Cvode::set_state(const double* y) {
   std::copy_n(y, y_.size(), y_.begin());
   restart_due_ = Due::first;
+}
+
+template <class Visit>
+void Cvode::each_work(double* y, const Visit& visit) {
+  StepWork::Power power{&Cvode::power, this, 0};
+  for (StepWork& work : works_) {
+    visit(work, system_.layout().work.of(y)[power.part], std::as_const(power));
+    ++power.part;
+  }
 }
 
 // Restarts at (time, y) with the present inputs; needs two right-hand sides. False: a slope is not finite.
@@ -139,7 +150,7 @@ bool Cvode::restart(double time, const double* y, bool repeated) {
                                    step_limit(settings_.max_step), scratch_->first_step);
   if (!(restart_.first_step > 0)) return false;
   reset_cvode();
-  if (integrates_work()) work_.begin(work_of(restart_.y.data()));
+  each_work(restart_.y.data(), [](StepWork& work, double& value, auto&) { work.begin(value); });
   slope_known_ = true;
   return true;
 }
@@ -157,7 +168,7 @@ void Cvode::reset_cvode() {
 Outcome Cvode::restart_between_steps() {
   const double time = absolute(ahead_time_);
   std::copy_n(data(ahead_), y_.size(), data(error_));
-  if (integrates_work()) work_of(data(error_)) = work_.end(&Cvode::power, this);
+  each_work(data(error_), [](StepWork& work, double& value, auto& power) { value = work.end(power); });
   if (system_.project(time, data(error_), nullptr) != Status::ok) return failure(time, reasons::loops_open);
   if (!restart(time, data(error_), true)) return failure(time, reasons::not_finite);
   return {};
@@ -223,10 +234,12 @@ void Cvode::count_step() {
 }
 
 void Cvode::count_work(double before) {
-  if (!integrates_work()) return;
+  if (works_.empty()) return;
   CVodeGetEstLocalErrors(memory_.get(), error_.get());
-  work_.step(before, ahead_time_, work_of(data(ahead_)), work_of(data(error_)),
-             std::max(tightening(method_, system_) * settings_.rtol, ErrorWeights::finest));
+  const double rtol = std::max(tightening(method_, system_) * settings_.rtol, ErrorWeights::finest);
+  each_work(data(ahead_), [&](StepWork& work, double& value, auto& power) {
+    work.step(before, ahead_time_, value, system_.layout().work.of(data(error_))[power.part], rtol);
+  });
 }
 
 // System time -> CVODE's time; exact at the end of the last step.
@@ -250,7 +263,7 @@ Outcome Cvode::step_past(double& end) {
       Outcome outcome = restart_between_steps();
       if (!outcome.ok) return outcome;
     }
-    if (integrates_work()) work_.end(&Cvode::power, this);
+    each_work(data(ahead_), [](StepWork& work, double&, auto& power) { work.end(power); });
     const double before = ahead_time_;
     const int flag = take_step();
     if (flag < 0) return failed(flag);
@@ -294,7 +307,7 @@ Outcome Cvode::interpolate(double end) {
     std::copy_n(data(ahead_), y_.size(), y);
   else
     CVodeGetDky(memory_.get(), since, 0, error_.get());
-  if (integrates_work()) work_of(y) = work_.at(since, work_of(y), &Cvode::power, this);
+  each_work(y, [&](StepWork& work, double& value, auto& power) { value = work.at(since, value, power); });
   if (system_.has_constraints() &&
       (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_violated()))
     return failure(end, reasons::loops_open);

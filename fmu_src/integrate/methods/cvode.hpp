@@ -60,7 +60,7 @@ class Cvode final : public Integrator {
   static int jacobian(double time, N_Vector y, N_Vector slope, SUNMatrix matrix, void* self, N_Vector,
                       N_Vector, N_Vector);
   static int project(double time, N_Vector y, N_Vector correction, double, N_Vector error, void* self);
-  static bool power(double time, void* self, double& power);
+  static bool power(double time, void* self, int part, double& power);
 
   void build();
   void build_newton();
@@ -78,10 +78,8 @@ class Cvode final : public Integrator {
   void count_step();
   void count_last_step();
   void count_work(double before);
-  bool integrates_work() const {
-    return system_.with_work() && (system_.control() || system_.actuators() || system_.plan().has_motion());
-  }
-  double& work_of(double* y) const { return *system_.layout().work.of(y); }
+  template <class Visit>
+  void each_work(double* y, const Visit& visit);  // visits each integral and its entry of y
   Outcome failed(int flag);
 
   static bool read(ByteReader& reader, const System& system, Saved& saved);
@@ -108,7 +106,7 @@ class Cvode final : public Integrator {
   Restart restart_;
   double ahead_time_ = 0;         // end of CVODE's last step since the restart; not before time_
   std::int32_t steps_taken_ = 0;  // since the restart
-  StepWork work_;                 // used if the state contains work
+  std::vector<StepWork> works_;   // total, contacts; empty: the method's own integrals suffice
   Statistics statistics_;
 
   std::vector<double> slope_;  // f at the restart

@@ -74,12 +74,12 @@ int Cvode::project(double time, N_Vector y, N_Vector correction, double, N_Vecto
 }
 
 // Power of the drives within the last step. Does not change error_.
-bool Cvode::power(double time, void* self_pointer, double& power) {
+bool Cvode::power(double time, void* self_pointer, int part, double& power) {
   Cvode& self = *static_cast<Cvode*>(self_pointer);
   if (CVodeGetDky(self.memory_.get(), time, 0, self.weights_.get()) != CV_SUCCESS) return false;
   const Status status =
       self.system_.slope_within_step(self.absolute(time), data(self.weights_), self.slope_.data());
-  power = self.work_of(self.slope_.data());
+  power = self.system_.layout().work.of(self.slope_.data())[part];
   return status == Status::ok;
 }
 

@@ -14,7 +14,7 @@ struct Cvode::Saved {
   std::int64_t rejected_before = 0;
   double ahead_time = 0;
   std::int32_t steps_taken = 0;
-  StepWork work;
+  std::vector<StepWork> works;
   Statistics statistics;
 };
 
@@ -33,7 +33,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   writer.put<std::int64_t>(restart_.rejected_before);
   writer.put(ahead_time_);
   writer.put(steps_taken_);
-  work_.put(writer);
+  for (const StepWork& work : works_) work.put(writer);
   put(writer, statistics_);
 }
 
@@ -57,7 +57,7 @@ bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
   reader.get(saved.rejected_before);
   reader.get(saved.ahead_time);
   reader.get(saved.steps_taken);
-  saved.work.get(reader);
+  for (StepWork& work : saved.works) work.get(reader);
   get(reader, saved.statistics);
   restart.repeated = saved.repeated != 0;
   restart.rejected_before = static_cast<long>(saved.rejected_before);
@@ -72,6 +72,7 @@ bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
 bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   Saved saved;
+  saved.works = works_;
   if (!matches(reader, state_header(system_, settings_, method_)) || !read(reader, system_, saved))
     return false;
   time_ = saved.time;
@@ -79,7 +80,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   restart_due_ = static_cast<Due>(saved.restart_due);
   restart_ = std::move(saved.restart);
   if (restart_due_ == Due::no) repeat_steps(saved);
-  work_ = saved.work;
+  works_.swap(saved.works);
   statistics_ = saved.statistics;
   return true;
 }

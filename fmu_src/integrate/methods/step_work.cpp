@@ -42,11 +42,11 @@ void StepWork::step(double from, double to, double work, double error, double rt
 
 // The coefficients decrease like a power. The square of the last one, relative to the largest, therefore
 // estimates the terms above the exact degree of the quadrature.
-bool StepWork::fit(Power power, void* owner) {
+bool StepWork::fit(const Power& power) {
   for (double& coefficient : coefficients_) coefficient = 0;
   for (int j = 0; j < nodes; ++j) {
     double value = 0, polynomials[nodes + 1];
-    if (!power(from_ + 0.5 * (1 + points[j]) * (to_ - from_), owner, value)) {
+    if (!power.function(from_ + 0.5 * (1 + points[j]) * (to_ - from_), power.owner, power.part, value)) {
       coefficients_[0] = NAN;
       return false;
     }
@@ -60,11 +60,11 @@ bool StepWork::fit(Power power, void* owner) {
 }
 
 // Starts at the end of the present part and bisects until the power is a polynomial within the tolerance.
-void StepWork::next_part(Power power, void* owner) {
+void StepWork::next_part(const Power& power) {
   begin_ = end_;
   from_ = to_;
   to_ = step_end_;
-  for (int k = 0; k < most_bisections && !fit(power, owner) && from_ + 0.5 * (to_ - from_) > from_; ++k)
+  for (int k = 0; k < most_bisections && !fit(power) && from_ + 0.5 * (to_ - from_) > from_; ++k)
     to_ = from_ + 0.5 * (to_ - from_);
   const double increment = 0.5 * (to_ - from_) * integral(1);
   if (std::isfinite(increment)) {
@@ -76,9 +76,9 @@ void StepWork::next_part(Power power, void* owner) {
   }
 }
 
-double StepWork::end(Power power, void* owner) {
+double StepWork::end(const Power& power) {
   if (integrated_ == 0) return end_;
-  while (to_ < step_end_) next_part(power, owner);
+  while (to_ < step_end_) next_part(power);
   offset_ = end_ - method_end_;
   return end_;
 }
@@ -93,9 +93,9 @@ double StepWork::integral(double x) const {
   return sum;
 }
 
-double StepWork::at(double time, double work, Power power, void* owner) {
+double StepWork::at(double time, double work, const Power& power) {
   if (integrated_ == 0) return work + offset_;
-  while (to_ < std::min(time, step_end_)) next_part(power, owner);
+  while (to_ < std::min(time, step_end_)) next_part(power);
   if (time == to_) return end_;
   return begin_ + 0.5 * (to_ - from_) * integral(2 * (time - from_) / (to_ - from_) - 1);
 }

@@ -11,8 +11,12 @@ namespace redysim {
 // step that a breakpoint of a trajectory will end.
 class StepWork {
  public:
-  static constexpr int nodes = 6;                                   // of the quadrature
-  using Power = bool (*)(double time, void* owner, double& power);  // false: it cannot be computed
+  static constexpr int nodes = 6;  // of the quadrature
+  struct Power {
+    bool (*function)(double time, void* owner, int part, double& power);  // false: it cannot be computed
+    void* owner;
+    int part;  // 0: total, 1: contacts
+  };
 
   void start() { *this = {}; }
   void begin(double work);  // work at the start of the method
@@ -21,9 +25,9 @@ class StepWork {
   // of the work.
   void step(double from, double to, double work, double error, double rtol);
   // Work at a time within the last step; times must not decrease. `work`: computed by the method.
-  double at(double time, double work, Power power, void* owner);
+  double at(double time, double work, const Power& power);
   // Work at the end of the last step. Required before the next step.
-  double end(Power power, void* owner);
+  double end(const Power& power);
 
   void put(ByteWriter& writer) const;
   void get(ByteReader& reader);
@@ -33,8 +37,8 @@ class StepWork {
   static void each_part(Self& self, const Visit& visit);  // visits each saved member
 
   static constexpr int most_bisections = 50;
-  bool fit(Power power, void* owner);  // sets coefficients_ for the part; false: not accurate
-  void next_part(Power power, void* owner);
+  bool fit(const Power& power);  // sets coefficients_ for the part; false: not accurate
+  void next_part(const Power& power);
   double integral(double x) const;  // of the power's polynomial from -1 to x, per half part
 
   double from_ = 0, to_ = 0;      // the part of the last step that is integrated
