@@ -21,8 +21,8 @@ using namespace sundials;
 
 // The errors of a multistep method accumulate, those of Runge-Kutta steps are damped or overestimated. The
 // user's tolerance is therefore tightened until the global error matches that of the one-step methods at the
-// same rtol: on the public scenes at 1e-8 it stays within 4e-6 (docs/solver_measurements.md). The errors of Adams in a
-// bounce have one sign and accumulate in the energy (docs/contact.md).
+// same rtol: on the public scenes at 1e-8 it stays within 4e-6 (docs/solver_measurements.md). The errors of
+// Adams in a bounce have one sign and accumulate in the energy (docs/contact.md).
 constexpr double adams_tightening = 1.0 / 30;
 constexpr double adams_contact_tightening = 1.0 / 300;
 constexpr double bdf_tightening = 1.0 / 100;

@@ -21,9 +21,9 @@ namespace {
 using namespace sundials;
 
 // Chosen from 14 tables of ARKODE on five stiff scenes at rtol 1e-3 to 1e-8: on each it needs the fewest
-// right-hand sides for a given error, or nearly so, and its error estimate is reliable (docs/solver_measurements.md). It
-// is the implicit part of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl. Numer. Math. 136 (2019). It is
-// repeated here because ARKODE would link all its tables, 30 kB.
+// right-hand sides for a given error, or nearly so, and its error estimate is reliable
+// (docs/solver_measurements.md). It is the implicit part of ARK4(3)7L[2]SA: Kennedy and Carpenter, Appl.
+// Numer. Math. 136 (2019). It is repeated here because ARKODE would link all its tables, 30 kB.
 constexpr int stages = 7;
 constexpr int order = 4, embedded_order = 3;
 constexpr double diagonal = 0.1235;

@@ -20,10 +20,10 @@
 namespace redysim {
 namespace {
 
-// Chosen by right-hand sides against error (docs/solver_measurements.md). Order 3 costs 4 slopes and suffices for a loose
-// tolerance, but not with loops, where projecting a larger error takes longer. At tighter tolerances order 5
-// suits communication steps of one step (7 slopes instead of 12), order 8 those of several steps, and held
-// inputs. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
+// Chosen by right-hand sides against error (docs/solver_measurements.md). Order 3 costs 4 slopes and suffices
+// for a loose tolerance, but not with loops, where projecting a larger error takes longer. At tighter
+// tolerances order 5 suits communication steps of one step (7 slopes instead of 12), order 8 those of several
+// steps, and held inputs. Verner's 6(5) and Cash-Karp's 5(4) lie between and are nowhere the best.
 const ExplicitTable& lower_for(double rtol, const System& system) {
   return rtol > Tuning::third_order_rtol && !system.has_constraints() ? bogacki_shampine : dormand_prince;
 }
