@@ -129,7 +129,11 @@ fmi2Status Instance::do_step(double current, double size) {
   if (const std::string why = life_.objection_to_step(simulation_.time, current, size); !why.empty())
     return refuse(function, why);
   double end = current + size;
-  if (is_empty_step(simulation_.time, end)) return fmi2OK;
+  StepJacobian* const jacobian = values_.step_jacobian();
+  if (is_empty_step(simulation_.time, end)) {
+    if (jacobian) jacobian->forget();
+    return fmi2OK;
+  }
   if (!parameters_.in_force())
     if (const std::string why = parameters_.bring_into_force(); !why.empty()) return refuse(function, why);
   if (!motion_.is_reported()) report_unset_motion();
@@ -139,8 +143,7 @@ fmi2Status Instance::do_step(double current, double size) {
   const bool inputs_changed = inputs_have_changed();
   system.forget_failure();
   const long decisions = integrator.decisions();
-  StepJacobian* const jacobian = values_.step_jacobian();
-  if (jacobian) jacobian->begin_step(parameters_.changed());
+  if (jacobian) jacobian->begin_step(parameters_);
   const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
                                            : advance(integrator, system, end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());

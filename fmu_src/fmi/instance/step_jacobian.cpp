@@ -5,6 +5,7 @@
 
 #include "dynamics/ball.hpp"
 #include "fmi/variables/groups.hpp"
+#include "fmi/variables/parameters.hpp"
 #include "integrate/methods/methods.hpp"
 
 namespace redysim {
@@ -16,25 +17,44 @@ constexpr double tightest = 1e-13;  // minimum rtol; the right-hand side has rou
 
 StepJacobian::StepJacobian(Simulation& simulation)
     : simulation_(simulation),
-      system_(simulation.plan, false, &simulation.model),
+      parameters_(simulation.parameters),
+      plan_(simulation.model, parameters_),
+      system_(plan_, false, &simulation.model),
       coordinates_(coordinate_places(system_)),
       velocities_(static_cast<int>(coordinates_.size())) {
-  for (const Variable& variable : simulation.table.all())
+  for (const Variable& variable : simulation.table.all()) {
     if (is_force_input(variable)) knowns_.push_back(&variable);
+    if (parameter(parameters_, variable)) ++parameter_count_;
+  }
   inputs_ = static_cast<int>(knowns_.size());
   if (!simulation.model.fmu.shows(OutputGroup::parameter_jacobian)) return;
   for (const Variable& variable : simulation.table.all())
     if (is_differentiable_tunable(variable)) knowns_.push_back(&variable);
 }
 
-void StepJacobian::begin_step(bool parameters_changed) {
-  has_parameters_ = has_parameters_ && !parameters_changed;
+void StepJacobian::begin_step(const ParameterSet& parameters) {
+  const bool are_new = parameters.changed() || step_.empty();
   const double* y = simulation_.integrator->state();
   const std::vector<double>& held = simulation_.system.inputs();
-  step_.assign({simulation_.time, simulation_.time});
-  for (int end = 0; end < 2; ++end) step_.insert(step_.end(), y, y + size());
+  step_.resize(first_input());
+  step_[0] = step_[1] = simulation_.time;
+  for (std::size_t end = 0; end < 2; ++end) std::copy_n(y, size(), &step_[2 + end * size()]);
+  if (are_new) {
+    const std::vector<double> values = parameters.values();
+    std::copy(values.begin(), values.end(), step_.begin() + static_cast<std::ptrdiff_t>(first_parameter()));
+    set_parameters();
+  }
   step_.insert(step_.end(), held.begin(), held.end());
   current_ = Current::none;
+}
+
+void StepJacobian::set_parameters() {
+  const double* value = step_.data() + first_parameter();
+  for (const Variable& variable : simulation_.table.all())
+    if (double* place = parameter(parameters_, variable)) *place = *value++;
+  plan_.update(parameters_);
+  system_.update_drives(parameters_);
+  has_parameters_ = false;
 }
 
 void StepJacobian::end_step(bool ok) {
@@ -54,7 +74,7 @@ bool StepJacobian::fits(const std::vector<double>& step) const {
 void StepJacobian::restore(const std::vector<double>& step) {
   step_ = step;
   current_ = Current::none;
-  has_parameters_ = false;
+  if (!step_.empty()) set_parameters();
 }
 
 double StepJacobian::entry(Part part, int element) const {
@@ -109,11 +129,10 @@ std::string StepJacobian::go_to_start(double* y) {
   std::copy(step_.begin() + static_cast<std::ptrdiff_t>(first_input()), step_.end(),
             system_.inputs().begin());
   system_.scales() = simulation_.system.scales();
-  system_.update_drives(simulation_.parameters);
   if (system_.plan().has_motion() && !follow_motion(system_, time, y)) return reasons::motion_impossible;
   if (!tangent_) tangent_ = std::make_unique<Tangent>(simulation_.model, system_);
   if (system_.has_constraints()) {  // lift needs the elimination
-    tangent_->go_to(simulation_.parameters, system_, time, y);
+    tangent_->go_to(parameters_, system_, time, y);
     if (!has_parameters_) tangent_->apply_parameters();
     has_parameters_ = true;
   }
@@ -205,7 +224,7 @@ Status StepJacobian::by_knowns(double time, const double* y, const DenseJacobian
 bool StepJacobian::by_known(const Variable& known, double time, const double* y, double* column) {
   const StateLayout& layout = system_.layout();
   Tangent& tangent = *tangent_;
-  tangent.go_to(simulation_.parameters, system_, time, y);
+  tangent.go_to(parameters_, system_, time, y);
   if (known.row->storage == Storage::input)
     tangent.force[known.group->input(known.row_index(), system_, known)].derivative = 1;
   else

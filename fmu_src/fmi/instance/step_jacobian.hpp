@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fmi/instance/simulation.hpp"
+#include "fmi/instance/parameter_set.hpp"
 #include "fmi/variables/state_place.hpp"
 #include "integrate/methods/transition.hpp"
 #include "integrate/system/tangent.hpp"
@@ -14,8 +14,8 @@ namespace redysim {
 // Derivatives of the state at the end of the last communication step by the state at its start, by force
 // inputs held in the step, and by tunable parameters. Coordinates are tangential: positions and velocities of
 // the tree (for spherical joints rotation vectors and angular velocities in link axes), then actuator states.
-// Rows and columns of prescribed joints are 0. They are computed when read, by a separate System: the run
-// does not depend on them.
+// Rows and columns of prescribed joints are 0. They are computed when read, by a separate System with the
+// parameters of that step: the run does not depend on them.
 class StepJacobian {
  public:
   enum Part { state, inputs, parameters };
@@ -25,7 +25,7 @@ class StepJacobian {
     return model.fmu.shows(OutputGroup::step_jacobian) || model.fmu.shows(OutputGroup::parameter_jacobian);
   }
 
-  void begin_step(bool parameters_changed);
+  void begin_step(const ParameterSet& parameters);
   void end_step(bool ok);
   void forget();  // there is no last step: its derivative is the identity
   // `with_knowns`: including the derivatives by inputs and parameters.
@@ -43,7 +43,10 @@ class StepJacobian {
  private:
   int coordinates() const { return 2 * velocities_ + system_.layout().actuators(); }
   std::size_t size() const { return static_cast<std::size_t>(system_.size()); }
-  std::size_t first_input() const { return 2 + 2 * size(); }  // index in step_
+  // Indices in step_.
+  std::size_t first_parameter() const { return 2 + 2 * size(); }
+  std::size_t first_input() const { return first_parameter() + parameter_count_; }
+  void set_parameters();
   void lift(double time, const double* y, double* column, int coordinate);
   const std::vector<Dual>& row_rates(double time, const double* y, const double* column);
   double lower(const double* y, const double* column, int coordinate) const;
@@ -54,6 +57,8 @@ class StepJacobian {
   std::string integrate(Transition& transition, double* y);
 
   Simulation& simulation_;
+  Parameters<double> parameters_;  // of the step
+  Plan<double> plan_;
   System system_;
   std::unique_ptr<Transition> transitions_[2];  // without and with knowns; null before the first use
   std::unique_ptr<Tangent> tangent_;
@@ -62,7 +67,8 @@ class StepJacobian {
   int velocities_ = 0;
   std::vector<const Variable*> knowns_;  // force inputs, then parameters
   int inputs_ = 0;
-  std::vector<double> step_;              // start time, end time, states at both, inputs; empty: no step
+  std::size_t parameter_count_ = 0;
+  std::vector<double> step_;  // start time, end time, states at both, parameters, inputs; empty: no step
   std::vector<double> columns_, values_;  // values_: coordinates() x (coordinates() + knowns), column-major
   enum class Current { none, by_state, all } current_ = Current::none;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/compiled.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "model/number.hpp"
 
@@ -29,7 +30,7 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
   coordinates_are_current_ = false;  // parameters may replace the state
-  if (needs >= Needs::step_jacobian) return update_step_jacobian(needs == Needs::step_jacobian_by_knowns);
+  if (needs >= Needs::step_jacobian) return step_jacobian_->update(needs == Needs::step_jacobian_by_knowns);
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
   if (simulation_.model_exchange && state_.y() && !state_.can_follow())
@@ -69,12 +70,6 @@ std::string Values::update_slopes() {
   return {};
 }
 
-std::string Values::update_step_jacobian(bool by_knowns) {
-  if (parameters_.changed() && !step_jacobian_->saved().empty())
-    return "step_jacobian: parameters have changed since the last step; read it before";
-  return step_jacobian_->update(by_knowns);
-}
-
 std::string Values::not_finite() const {
   const std::string joint = simulation_.failed_joint();
   return "the accelerations at " + shown(simulation_.time) + " s are not finite" +
@@ -98,9 +93,15 @@ void Values::update_coordinates() {
   coordinates_ = {q_.data(), qd_.data()};
 }
 
+const Workspace<double>& Values::moved_bodies() {
+  const System::Coordinates at = coordinates();
+  compiled_ground_motion(plan(), system().workspace(), at.q, at.qd);
+  return system().workspace();
+}
+
 const AcceleratedBody<double>& Values::body(int index) {
   if (body_.index != index) {
-    body_.value = body_motion(plan(), system().workspace(), index, coordinates().qd, accelerations_.data());
+    body_.value = body_motion(plan(), moved_bodies(), index, coordinates().qd, accelerations_.data());
     body_.index = index;
   }
   return body_.value;
@@ -108,7 +109,7 @@ const AcceleratedBody<double>& Values::body(int index) {
 
 const ContactResult<double>& Values::contact(int index) {
   if (contact_.index != index) {
-    contact_.value = contact_result(plan(), system().workspace(), index, model().contacts[index].a.link);
+    contact_.value = contact_result(plan(), moved_bodies(), index, model().contacts[index].a.link);
     contact_.index = index;
   }
   return contact_.value;

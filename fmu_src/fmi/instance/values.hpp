@@ -123,11 +123,13 @@ class Values {
 
  private:
   double read_known(const Variable& variable);
+  // Workspace with the motion of the bodies: accelerations, energies and momentum leave it with different
+  // rounding errors.
+  const Workspace<double>& moved_bodies();
   void update_coordinates();
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
   std::string update_slopes();
-  std::string update_step_jacobian(bool by_knowns);
   std::string not_finite() const;
   void update_sensed_wrenches();
 

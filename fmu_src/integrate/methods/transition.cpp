@@ -230,7 +230,7 @@ Outcome Transition::advance_by_steps(double time, double end, double* y) {
     if (!is_linearised && linearise(0, time, y) != Status::ok)
       return failure(time, "the derivatives are not finite");
     is_linearised = true;
-    if (h < smallest_step(time, end))
+    if (h < std::min(smallest_step(time, end), span_))
       return failure(time, "the derivatives of the motion require too small steps");
     const double found = step(time, h) ? error(h) : NAN;
     double ratio = std::isfinite(found) ? std::clamp(0.8 / std::sqrt(std::sqrt(found)), 0.1, 5.0) : 0.25;

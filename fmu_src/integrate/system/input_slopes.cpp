@@ -28,7 +28,6 @@ void System::resize_inputs(std::size_t size) {
   inputs_.resize(size, 0.0);
   if (!has_input_slopes()) return;
   recursion_inputs_.resize(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
-  if (plan_.has_motion()) scratch_inputs_.reserve(size);
 }
 
 void System::swap_inputs(std::vector<double>& other) {

@@ -68,14 +68,15 @@ double System::energy_before_jumps(double time, const double* y) {
 
 // Jump of the other joints due to a jump of the prescribed ones. Accelerations are linear in the prescribed
 // ones, with the factor -M_ff^-1 M_fp. The difference of two forward dynamics, the second with the jump added
-// to the prescribed accelerations, is the jump of the other joints.
+// to the prescribed accelerations, is the jump of the other joints. Both are without inputs, which cancel out
+// up to rounding.
 void System::respond(double time, double* y, bool velocity) {
   std::vector<double>& inputs = scratch_inputs_;
-  inputs.assign(inputs_.begin(), inputs_.end());
+  std::fill(inputs.begin(), inputs.end(), 0.0);
   const Coordinates at = coordinates(time, y);
   compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), scratch_.data());
   for (int i = 0; i < plan_.nv; ++i)
-    if (motion_slot_[i] >= 0) inputs[input_layout_.tau[i]] += jump(i, velocity);
+    if (motion_slot_[i] >= 0) inputs[input_layout_.tau[i]] = jump(i, velocity);
   compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, inputs.data(), drive_.data());
   for (int i = 0; i < plan_.nv; ++i) drive_[i] -= scratch_[i];
   add_change(drive_.data(), y, velocity);
