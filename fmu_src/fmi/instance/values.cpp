@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/compiled.hpp"
+#include "dynamics/momentum.hpp"
 #include "fmi/variables/parameters.hpp"
 #include "model/number.hpp"
 
@@ -29,7 +30,7 @@ Values::Values(Simulation& simulation, CurrentState& state, ParameterSet& parame
 
 std::string Values::update(Needs needs) {
   if (are_current(needs)) return {};
-  coordinates_are_current_ = false;  // parameters may replace the state
+  coordinates_are_current_ = bodies_are_moved_ = false;  // parameters may replace the state
   if (needs >= Needs::step_jacobian) return step_jacobian_->update(needs == Needs::step_jacobian_by_knowns);
   std::string why = parameters_.bring_into_force();
   if (!why.empty() || needs <= Needs::parameters) return why;
@@ -94,9 +95,18 @@ void Values::update_coordinates() {
 }
 
 const Workspace<double>& Values::moved_bodies() {
-  const System::Coordinates at = coordinates();
-  compiled_ground_motion(plan(), system().workspace(), at.q, at.qd);
+  if (!bodies_are_moved_) {
+    const System::Coordinates at = coordinates();
+    compiled_ground_motion(plan(), system().workspace(), at.q, at.qd);
+    bodies_are_moved_ = true;
+  }
   return system().workspace();
+}
+
+Force<double> Values::momentum() {
+  bodies_are_moved_ = false;
+  const System::Coordinates at = coordinates();
+  return redysim::momentum(plan(), system().workspace(), at.q, at.qd);
 }
 
 const AcceleratedBody<double>& Values::body(int index) {

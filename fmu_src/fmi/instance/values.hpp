@@ -23,7 +23,7 @@ class Values {
 
   void changed() {
     accelerations_are_current_ = slopes_are_current_ = energies_are_current_ = false;
-    coordinates_are_current_ = false;
+    coordinates_are_current_ = bodies_are_moved_ = false;
   }
   bool are_current(Needs needs) const {
     switch (needs) {
@@ -67,6 +67,10 @@ class Values {
   }
   JointMotion reference(int joint) { return simulation_.system.reference(joint, simulation_.time); }
   double acceleration(int joint) const { return accelerations_[joint]; }
+  // Workspace with the motion of the bodies, independent of the values that were read before: accelerations,
+  // energies and momentum leave other rounding errors there.
+  const Workspace<double>& moved_bodies();
+  Force<double> momentum();
   // References are valid until the next call.
   const AcceleratedBody<double>& body(int index);
   const ContactResult<double>& contact(int index);
@@ -123,9 +127,6 @@ class Values {
 
  private:
   double read_known(const Variable& variable);
-  // Workspace with the motion of the bodies: accelerations, energies and momentum leave it with different
-  // rounding errors.
-  const Workspace<double>& moved_bodies();
   void update_coordinates();
   bool has_drive_forces() const { return simulation_.plan.has_motion() || simulation_.system.control(); }
   std::string update_accelerations();
@@ -156,7 +157,7 @@ class Values {
   Last<ContactResult<double>> contact_;
   double kinetic_energy_ = 0, potential_energy_ = 0;
   bool accelerations_are_current_ = false, slopes_are_current_ = false, energies_are_current_ = false;
-  bool coordinates_are_current_ = false;
+  bool coordinates_are_current_ = false, bodies_are_moved_ = false;
 };
 
 }  // namespace redysim

@@ -1,4 +1,3 @@
-#include "dynamics/momentum.hpp"
 #include "fmi/instance/derivatives.hpp"
 #include "fmi/instance/values.hpp"
 #include "fmi/variables/entry.hpp"
@@ -12,11 +11,6 @@ bool is_integrated(const Scene& scene, const Variable&) { return has_work(scene.
 
 bool has_contact_work(const Scene& scene, const Variable&) {
   return scene.plan.has_contacts() && has_work(scene.model, scene.plan);
-}
-
-Force<double> read_momentum(Values& at) {
-  const System::Coordinates now = at.coordinates();
-  return momentum(at.plan(), at.system().workspace(), now.q, now.qd);
 }
 
 constexpr Entry entries[] = {
@@ -48,7 +42,7 @@ constexpr Entry entries[] = {
     output(Owner::model, "momentum.linear")
         .in(OutputGroup::momentum)
         .array(3)
-        .reads([](Values& at, const Variable& v) { return read_momentum(at).force[v.element]; })
+        .reads([](Values& at, const Variable& v) { return at.momentum().force[v.element]; })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().momentum().force[v.element].derivative;
         })
@@ -59,7 +53,7 @@ constexpr Entry entries[] = {
     output(Owner::model, "momentum.angular")
         .in(OutputGroup::momentum)
         .array(3)
-        .reads([](Values& at, const Variable& v) { return read_momentum(at).moment[v.element]; })
+        .reads([](Values& at, const Variable& v) { return at.momentum().moment[v.element]; })
         .derivative([](OutputDerivatives& of, const Variable& v) {
           return of.tangent().momentum().moment[v.element].derivative;
         })

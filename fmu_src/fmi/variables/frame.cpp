@@ -301,6 +301,7 @@ constexpr Entry entries[] = {
         .there_if(shows_power)
         .reads(
             [](Values& at, const Variable& v) {
+              at.moved_bodies();
               return at.system().port_power(at.coordinates(), port_of(at.plan(), v));
             },
             Needs::accelerations)
