@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.errors import UserError, did_you_mean
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers import sheet
 from build_fmu.importers.draft import GROUND, DhFrame, Draft, DraftLink, Names, legal
 from build_fmu.importers.masses import add_masses
@@ -96,7 +96,7 @@ def read(path: Path, options: Namespace) -> Draft:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     draft = Draft(name=legal(path.stem), source=path.name)
     columns, rows = _table(path, draft)
-    columns = _with_angle_unit(path, columns, rows, options.angles)
+    columns = _with_angle_unit(draft, columns, rows, options.angles)
     standard = options.dh == "standard"
     if standard and any(c.field in ("gamma", "b") for c in columns.values()):
         raise UserError(f"'{path}': standard DH has no gamma and b; use the column 'parent' for branches")
@@ -190,22 +190,34 @@ def _unit(where: str, title: str, field: str, unit: str) -> tuple[float | None, 
     found = units.get(unit.lower())
     # a column of start values may belong to prismatic and revolute joints
     if field in JOINT_VALUES and unit in ("rad,m", "rad|m", "rad/m", "radorm"):
-        return None, title, kind
+        return 1.0, title, kind
     if found is None or (kind and found[0] != kind) or (field in JOINT_VALUES and found[0] not in ("angle", "length")):
         fitting = [name for name, (what, _) in units.items() if kind in ("", what)]
         raise UserError(f"{where}: '{title}': '{unit}' is not a unit of {field}{did_you_mean(unit.lower(), fitting)}")
     return found[1], title, found[0]
 
 
-def _with_angle_unit(path: Path, columns: dict[str, Column], rows: list[Row], asked: str | None) -> dict[str, Column]:
-    """Gives angles without a unit that of the other angles or of --angles; values that look like degrees are refused."""
+def _with_angle_unit(draft: Draft, columns: dict[str, Column], rows: list[Row], asked: str | None) -> dict[str, Column]:
+    """Gives angles without a unit that of --angles; without it those of the frames that of each other, and joint values rad.
+
+    Angles of the frames that look like degrees are refused.
+    """
     said = {c.factor for c in columns.values() if c.field in ANGLES and c.factor is not None}
-    factor = {"rad": 1.0, "deg": math.pi / 180}[asked] if asked else next(iter(said)) if len(said) == 1 else None
+    given = UNITS[asked][1] if asked else None
+    of_frames = next(iter(said)) if given is None and len(said) == 1 else given
+    bare = [c.field for c in columns.values() if c.factor is None and c.field in JOINT_VALUES]
+    used = [field for field in bare if any(_number(row, field, None)[0] for row in rows)]
+    if used and given is None and said - {1.0}:
+        draft.doubts.append(
+            f"the header gives no unit of {listed(used)}: read in rad or m, although other angles of the table are in degrees; "
+            "write the unit in the header or use --angles"
+        )
     for column in columns.values():
         if column.factor is None:
-            if factor is None:
+            factor = of_frames if column.field in ANGLES else given
+            if factor is None and column.field in ANGLES:
                 for row in rows:
-                    if column.field in ANGLES and abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
+                    if abs(_number(row, column.field, 1.0)[0]) > 2 * math.pi + 1e-6:
                         raise UserError(
                             f"{row.where}: column '{column.field}': {row.cells[column.field]} looks like degrees; "
                             f"use --angles deg or --angles rad, or write '{column.field} [deg]' in the header"

@@ -94,9 +94,30 @@ def test_degrees_are_suspected_and_never_guessed(tmp_path):
         imported(tmp_path, table)
     assert imported(tmp_path, table, angles="deg").links[0].dh.alpha == math.pi / 2
     assert imported(tmp_path, table, angles="rad").links[0].dh.alpha == 90
-    # the joint values follow the unit of the angles, those of a slider do not
-    draft = imported(tmp_path, "type,alpha [deg],q,mass\nr,0,90,1\np,0,0.5,1\n")
+    # --angles applies to the joint values, too, except those of a slider
+    draft = imported(tmp_path, "type,alpha,q,mass\nr,0,90,1\np,0,0.5,1\n", angles="deg")
     assert [link.q for link in draft.links] == [math.pi / 2, 0.5]
+
+
+@pytest.mark.parametrize("unit", ["[rad,m]", "[rad/m]", "(rad|m)", "[rad or m]"])
+@pytest.mark.parametrize("field", ["q", "rest"])
+@pytest.mark.parametrize("angles", [None, "deg"])
+def test_joint_values_in_rad_or_m_stay_in_degree_tables(tmp_path, unit, field, angles):
+    draft = imported(tmp_path, f"type;alpha [deg];theta;{field} {unit};mass\nr;90;30;0.5;1\np;0;0;0.2;1\n", angles=angles)
+    assert [getattr(link, field) for link in draft.links] == [0.5, 0.2] and draft.links[0].dh.theta == math.radians(30)
+    assert not any("the header gives no unit" in doubt for doubt in draft.doubts)
+
+
+def test_joint_values_without_a_unit_are_rad_beside_angles_in_degrees(tmp_path):
+    table = "alpha [deg];theta;q;qd;rest;lower;upper;mass\n90;30;0.5;2;0;-1;1;1\n"
+    draft = imported(tmp_path, table, stops=1.0)
+    link = draft.links[0]
+    assert (link.dh.theta, link.q, link.qd, link.lower, link.upper) == (math.radians(30), 0.5, 2, -1, 1)
+    assert any("the header gives no unit of q, qd, lower, upper: read in rad or m" in doubt for doubt in draft.doubts)
+    asked = [imported(tmp_path, table, stops=1.0, angles=angles) for angles in ("rad", "deg")]
+    assert [draft.links[0].q for draft in asked] == [0.5, math.radians(0.5)]
+    assert not any("the header gives no unit" in doubt for draft in asked for doubt in draft.doubts)
+    assert any("90 was read as 90 rad" in doubt for doubt in imported(tmp_path, "alpha [deg],q,mass\n0,90,1\n").doubts)
 
 
 def test_standard_dh_is_converted_exactly(tmp_path):
