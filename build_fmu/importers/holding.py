@@ -14,13 +14,13 @@ from build_fmu.importers.rigid import start_poses
 FREQUENCY = 3.0  # Hz, at least: of what a joint moves on its controller
 SAG = {"revolute": 0.02, "prismatic": 0.005}  # rad, m, at most: under the weight in the least favourable direction
 DAMPING_RATIO = 0.7
-GRAVITY = 9.81  # m/s2
 
 
 def hold_start(draft: Draft) -> None:
     """Adds the controller to the draft. A leg that stands on the ground carries its share of the whole robot."""
     poses, moved = start_poses(draft.links), carried(draft.links)
     share, feet, center = _standing(draft, poses)
+    gravity = math.hypot(*draft.gravity)
     controlled, idle = {}, []
     for link in draft.links:
         if link.joint not in SAG or link.drive != "torque":
@@ -30,7 +30,7 @@ def hold_start(draft: Draft) -> None:
         # of a leg also those of the robot on its foot; an ankle balances the robot above it
         reach = max(_distance(poses[link.name], point) for point in (*feet[link.name], center)) if stands else 0.0
         lever, foot_lever = (load.lever, reach) if turns else (1.0, 1.0)
-        weight = GRAVITY * max(load.mass * lever, stands * share * foot_lever)
+        weight = gravity * max(load.mass * lever, stands * share * foot_lever)
         inertia = max(load.inertia, stands * share * foot_lever**2)
         if inertia <= 0:
             idle.append(name)

@@ -16,7 +16,6 @@ def read(path: Path, options: Namespace) -> Draft:
     """Returns the draft; raises UserError with file, line and element."""
     sdf = Sdf(path, options)
     draft, layout = draft_of(sdf, options)
-    draft.gravity = sdf.gravity
     for joint in sdf.closing:
         fields: dict[str, object] = {"type": joint.kind}
         for side, link, pose in zip("ab", joint.links, joint.poses, strict=True):

@@ -47,7 +47,7 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     if options.stops not in (None, "none") and not 0 < options.stops < math.inf:
         raise UserError(f"--stops: the stiffness must be > 0 and finite, got {options.stops:g}")
     path = urdf.path
-    draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name)
+    draft = Draft(name=legal(urdf.root.attrib.get("name") or path.stem), source=path.name, gravity=urdf.gravity)
     bodies = _bodies(urdf, draft)
     _joints(urdf, bodies, draft)
     by_joint = {body.joint: body for body in bodies.values() if body.joint}

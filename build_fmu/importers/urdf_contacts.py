@@ -21,6 +21,7 @@ from build_fmu.importers.urdf_visuals import mesh_file
 
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
 WIDTH = 1e-4  # m, the default of the model file
+EARTH = 9.81  # m/s2, for models without gravity
 LAW = {"damping": 2.0, "friction": 0.8, "friction_velocity": 1e-3}  # s/m, -, m/s
 UPRIGHT = 5.0  # moment of tilted feet over the overturning moment of the weight, at least
 NARROW = 5e-3  # m: root mean square of the distances of contact points from a line
@@ -93,7 +94,7 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     carrying = [place for solid, of_solid in feet if not _above(solid, of_solid, feet, draft) for place in _lowest(of_solid)]
     points = len(carrying)
     mass = sum(link.mass for link in draft.links if link.name not in still)
-    enough = max(9.81 * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2))
+    enough = max(_gravity(draft) * mass, 1e-3) / (points * (STATIC_DEPTH - WIDTH / 2))
     upright = _against_tilting(draft, poses, carrying)
     stiffness = float(f"{max(enough, upright):.2g}")
     for solid in chosen:
@@ -101,7 +102,7 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
             law = LAW if solid.friction is None else LAW | {"friction": solid.friction}
             fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **law, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
-    shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}"
+    shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}{'' if any(draft.gravity) else f', at {EARTH:g} m/s2'}"
     why = f"{UPRIGHT:g} times what keeps the robot upright" if upright > enough else f"depth {1000 * STATIC_DEPTH:g} mm"
     _report(draft, chosen, poses, f"stiffness {stiffness:g} N/m ({shared}: {why})")
     unread = [solid.link for solid in mobile if solid.kind == "mesh" and not solid.points]
@@ -110,6 +111,10 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
         draft.doubts.append(f"{meshes} of {links} cannot be read, but may be feet: check the contacts, or add [[contact]] by hand")
     _falls_over(draft, poses, [place for _, of_solid in feet for place in _lowest(of_solid)])
     _lift(draft, poses, lowest)
+
+def _gravity(draft: Draft) -> float:
+    return math.hypot(*draft.gravity) or EARTH
+
 
 
 def _lowest(places: list[list[float]]) -> list[list[float]]:
@@ -149,7 +154,7 @@ def _against_tilting(draft: Draft, poses: dict[str, np.ndarray], points: list[li
     least = float(np.linalg.eigvalsh(spread.T @ spread)[0])
     if least < len(feet) * NARROW**2:
         return 0.0
-    return UPRIGHT * 9.81 * mass * max(0.0, center[2] - feet[:, 2].min()) / least
+    return UPRIGHT * _gravity(draft) * mass * max(0.0, center[2] - feet[:, 2].min()) / least
 
 
 def _solids(urdf: Urdf, link: etree._Element, tag: str, layout, omitted: Counter) -> list[Solid]:

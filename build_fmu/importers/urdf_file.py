@@ -28,6 +28,7 @@ class Urdf:
     def __init__(self, path: Path, root: etree._Element, snap: bool, shown: str = "") -> None:
         """`root` is the <robot>; `shown` is the name of the file in messages with lines, if it differs from its path."""
         self.path, self.root, self.snap, self.shown = path, root, snap, shown or f"{path}"
+        self.gravity = [0.0, 0.0, -9.81]
         self.near_right = 0
         self.like_degrees: list[str] = []
         self.springs: dict[str, tuple[float, float]] = {}  # stiffness and rest by joint, which a URDF does not have

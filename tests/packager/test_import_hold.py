@@ -31,6 +31,16 @@ def test_gains_follow_from_inertia_and_weight(tmp_path):
     assert held["kp"][0] == pytest.approx(0.02 * (6 * math.pi) ** 2, rel=0.02)
 
 
+@pytest.mark.parametrize("gravity", [40.0, 1.62, 0.0])
+def test_the_gravity_of_the_file_decides_the_sag(tmp_path, gravity):
+    body = '<inertial pos="0.25 0 0" mass="2" diaginertia="0.01 0.01 0.01"/><joint name="j" axis="0 1 0"/>'
+    (tmp_path / "arm.xml").write_text(
+        f'<mujoco><option gravity="0 0 -{gravity}"/><worldbody><body name="b">{body}</body></worldbody></mujoco>'
+    )
+    kp = read(tmp_path / "arm.xml", import_options(hold=True)).controller["kp"]
+    assert kp == pytest.approx([max(2 * gravity * 0.25 / 0.02, (0.01 + 2 * 0.25**2) * (6 * math.pi) ** 2)], rel=0.03)
+
+
 def run(model: Path, seconds: float, outputs: list[str]) -> np.ndarray:
     with staged(model) as fmu:
         done = drive(fmu, Task(0.01, round(100 * seconds), outputs=outputs))

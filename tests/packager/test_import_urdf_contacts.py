@@ -9,7 +9,7 @@ import pytest
 
 from build_fmu.cli import main
 from build_fmu.errors import UserError
-from build_fmu.importers import urdf
+from build_fmu.importers import sdf, urdf
 from build_fmu.importers.rigid import pose_of, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.run.session import Session
 from build_fmu.run.simulate import Settings, simulate
@@ -312,6 +312,18 @@ def test_mistakes(tmp_path, content, pose, sentence):
     with pytest.raises(UserError) as error:
         imported(tmp_path, content, pose=pose)
     assert sentence in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("gravity", [40.0, 1.62, 0.0])
+def test_the_stiffness_follows_the_gravity_of_the_model(tmp_path, gravity):
+    """A ball of an SDF world; without gravity as on earth."""
+    body = "<inertial><mass>2</mass></inertial><collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
+    joint = "<joint name='j' type='revolute'><parent>b</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint>"
+    model = f"<model name='m'><link name='b'>{body}</link><link name='a'><inertial><mass>1</mass></inertial></link>{joint}</model>"
+    (tmp_path / "ball.sdf").write_text(f"<sdf version='1.9'><world name='w'><gravity>0 0 -{gravity}</gravity>{model}</world></sdf>")
+    draft = sdf.read(tmp_path / "ball.sdf", import_options(contact="all"))
+    assert draft.contacts[0].fields["stiffness"] == pytest.approx(3 * (gravity or 9.81) / (1e-3 - 1e-4 / 2), rel=0.05)
+    assert any("at 9.81 m/s2" in doubt for doubt in draft.doubts) == (gravity == 0)
 
 
 @pytest.mark.parametrize(("words", "sentence"), [
