@@ -210,14 +210,7 @@ class Tree:
         scale = mj.angle if kind == "hinge" else float
         joint.ref, joint.spring = (scale(mj.numbers(element, values, key, 1, "0")[0]) for key in ("ref", "springref"))
         link.q, link.rest = joint.ref, joint.spring
-        for key, own in (("stiffness", "stiffness"), ("damping", "damping"), ("armature", "armature"), ("frictionloss", "friction")):
-            amounts = mj.numbers(element, values, key, None, "0") or [0.0]
-            if amounts[0] < 0:
-                raise mj.error(element, f"'{key}' of joint '{name}' must be >= 0, got {amounts[0]:g}")
-            setattr(link, own, amounts[0])
-            self.omitted[f"nonlinear {key} of joints"] += any(amounts[1:])
-        if not link.stiffness:
-            link.rest = 0.0
+        self._forces(element, values, name, link)
         limits = mj.limits(element, values, "range", "limited")
         if limits:
             link.limits = (scale(limits[0]), scale(limits[1]))
@@ -225,6 +218,20 @@ class Tree:
         self.omitted["reversed 'range' of <joint>"] += low > high
         self._report(element, values)
         return at
+
+    def _forces(self, element: etree._Element, values: dict[str, str], name: str, link: Body) -> None:
+        """Reads the forces of a hinge or slide joint into its link."""
+        for key, own in (("stiffness", "stiffness"), ("damping", "damping"), ("armature", "armature"), ("frictionloss", "friction")):
+            amounts = self.mj.numbers(element, values, key, None, "0") or [0.0]
+            if amounts[0] < 0 and key != "damping":
+                raise self.mj.error(element, f"'{key}' of joint '{name}' must be >= 0, got {amounts[0]:g}")
+            if amounts[0] < 0:
+                given = f"{self.mj.place(element)}: 'damping' of joint '{name}' is {amounts[0]:g}"
+                self.draft.doubts.append(f"{given}; negative damping adds energy, and 0 is used")
+            setattr(link, own, max(amounts[0], 0.0))
+            self.omitted[f"nonlinear {key} of joints"] += any(amounts[1:])
+        if not link.stiffness:
+            link.rest = 0.0
 
     def _whole(self, element: etree._Element, values: dict[str, str]) -> None:
         """Lists the forces of a free or ball joint, which the model does not have."""

@@ -17,7 +17,7 @@ from build_fmu.importers.masses import fixed_to_ground
 from build_fmu.importers.rigid import pose_of, position_and_angles, start_poses, transform
 from build_fmu.importers.solids import scaled
 from build_fmu.importers.urdf_file import Urdf
-from build_fmu.importers.urdf_visuals import mesh_file
+from build_fmu.importers.urdf_visuals import SIZES, fields_of
 
 STATIC_DEPTH = 1e-3  # m, of the points that carry the weight
 WIDTH = 1e-4  # m, the default of the model file
@@ -40,7 +40,6 @@ DIRECTIONS = np.array(
 # 2000 directions, evenly over the sphere: the extreme points in these are the corners of a convex hull
 HEIGHTS, TURNS = (2 * np.arange(2000) + 1) / 2000 - 1, np.arange(2000) * math.pi * (3 - math.sqrt(5))
 SPHERE = np.column_stack([np.sqrt(1 - HEIGHTS**2) * np.cos(TURNS), np.sqrt(1 - HEIGHTS**2) * np.sin(TURNS), HEIGHTS])
-SHAPES = {"sphere": ("radius",), "capsule": ("radius", "length"), "cylinder": ("radius", "length"), "box": ("size",)}
 
 
 @dataclass
@@ -63,9 +62,9 @@ def add_urdf_contacts(urdf: Urdf, layout, feet_only: bool) -> None:
     tag = "collision" if any(link.find("collision") is not None for link in links) else "visual"
     solids = [solid for link in links for solid in _solids(urdf, link, tag, layout, omitted)]
     if not solids:
-        found = "".join(f"; {count} {what} are not supported" for what, count in omitted.items())
+        found = "".join(f"; omitted: {count} {what}" for what, count in omitted.items())
         what = "<collision>" if tag == "collision" else "<collision> or <visual>"
-        raise UserError(f"--contact: '{urdf.path}' has no {what} of {', '.join(SHAPES)}, mesh{found}; write [[contact]] by hand")
+        raise UserError(f"--contact: '{urdf.path}' has no {what} of {', '.join(SIZES)}, box, mesh{found}; write [[contact]] by hand")
     if tag == "visual":
         layout.draft.doubts.append("the file has no <collision>: the <visual> shapes touch the ground")
     add_contacts(solids, omitted, layout, feet_only)
@@ -112,9 +111,9 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     _falls_over(draft, poses, [place for _, of_solid in feet for place in _lowest(of_solid)])
     _lift(draft, poses, lowest)
 
+
 def _gravity(draft: Draft) -> float:
     return math.hypot(*draft.gravity) or EARTH
-
 
 
 def _lowest(places: list[list[float]]) -> list[list[float]]:
@@ -163,17 +162,10 @@ def _solids(urdf: Urdf, link: etree._Element, tag: str, layout, omitted: Counter
     for element in link.findall(tag):
         pose = layout.own[name] @ urdf.pose(element)
         for shape in element.iterfind("geometry/*"):
-            if shape.tag == "mesh":
-                file, scale = mesh_file(urdf.text(shape, "filename"), urdf.path), urdf.numbers(shape, "scale", 3, "1 1 1")
-                solids.append(Solid("mesh", layout.called[name], pose, scale, str(file or shape.get("filename"))))
-                continue
-            if shape.tag not in SHAPES:
-                omitted[f"<{shape.tag}> shapes"] += 1
-                continue
-            size = urdf.numbers(shape, "size", 3, "") if shape.tag == "box" else [urdf.amount(shape, key, "") for key in SHAPES[shape.tag]]
-            if min(size) <= 0:
-                raise urdf.error(shape, f"the size of <{shape.tag}> in link '{name}' must be > 0, got {min(size):g}")
-            solids.append(Solid(shape.tag, layout.called[name], pose, size))
+            fields = fields_of(urdf, shape, omitted)
+            if fields:
+                file = str(fields.get("file") or shape.get("filename", ""))
+                solids.append(Solid(shape.tag, layout.called[name], pose, fields.get("size", [1.0] * 3), file))
     return solids
 
 

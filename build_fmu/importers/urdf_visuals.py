@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from build_fmu.errors import listed
+from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import DraftTie
 from build_fmu.importers.masses import without_mass
 from build_fmu.importers.packages import places_of
@@ -29,9 +29,8 @@ def add_shapes(urdf: Urdf, layout) -> None:
             material = visual.find("material")
             colour = None if material is None else _rgba(urdf, material) or named.get(material.get("name"))
             for shape in visual.iterfind("geometry/*"):
-                fields = _fields(urdf, shape)
+                fields = fields_of(urdf, shape, omitted)
                 if fields is None:
-                    omitted[shape.tag] += 1
                     continue
                 if fields.get("file") == "":
                     missing.append(shape.attrib["filename"])
@@ -40,14 +39,14 @@ def add_shapes(urdf: Urdf, layout) -> None:
                 placed = {key: values for key, values in (("position", position), ("rpy", angles)) if any(values)}
                 fields = {"link": layout.called[name], **fields, **placed, **({"color": colour} if colour else {})}
                 layout.draft.shapes.append(DraftTie("", fields))
-    layout.draft.lost += [f"{count} <visual> shapes of <{tag}>" for tag, count in omitted.items()]
+    layout.draft.lost += [f"<visual>: {count} {what}" for what, count in omitted.items()]
     if missing:
         layout.draft.lost.append(f"{len(missing)} <visual> meshes: files not found: {listed(sorted(set(missing)))}")
 
 
 def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
     """Returns the <collision> shapes of each link of the model or, without any, its <visual> shapes. Reports masses that files lack."""
-    found, missing = {}, []
+    found, missing, omitted = {}, [], Counter()
     empty = {link.name for link in without_mass(layout.draft.links)}
     for link in urdf.root.findall("link"):
         name, tag = link.attrib["name"], "collision" if link.find("collision") is not None else "visual"
@@ -55,18 +54,30 @@ def solids_of(urdf: Urdf, layout) -> dict[str, list[Solid]]:
         for element in link.findall(tag):
             pose = layout.own[name] @ urdf.pose(element)
             for shape in element.iterfind("geometry/*"):
-                fields = _fields(urdf, shape)
+                fields = fields_of(urdf, shape, omitted if layout.called[name] in empty else Counter())
                 if fields and fields.get("file") != "":
                     own.append(Solid(fields["kind"], fields.get("size", [1.0]), pose, fields.get("file", "")))
                 elif fields and layout.called[name] in empty:
                     missing.append(shape.attrib["filename"])
+    layout.draft.lost += [f"mass of {count} {what}" for what, count in omitted.items()]
     if missing:
         layout.draft.lost.append(f"mass of {len(missing)} meshes: files not found: {listed(sorted(set(missing)))}")
     return found
 
 
+def fields_of(urdf: Urdf, shape: etree._Element, omitted: Counter[str]) -> dict[str, object] | None:
+    """Returns kind, size and file (empty if it does not exist); None, counted in `omitted`, if the shape is not supported or wrong."""
+    try:
+        fields = _fields(urdf, shape)
+    except UserError as error:
+        omitted[f"<{shape.tag}> shapes: {error}"] += 1
+        return None
+    if fields is None:
+        omitted[f"<{shape.tag}> shapes"] += 1
+    return fields
+
+
 def _fields(urdf: Urdf, shape: etree._Element) -> dict[str, object] | None:
-    """Returns kind, size and file (empty if it does not exist); None if the shape is not supported."""
     if shape.tag == "mesh":
         file = mesh_file(urdf.text(shape, "filename"), urdf.path)
         scale = urdf.numbers(shape, "scale", 3, "1 1 1")

@@ -468,6 +468,16 @@ def test_losses_are_listed(tmp_path, old, new, sentence):
     assert sentence in " | ".join(imported(tmp_path, BAR.replace(old, new, 1).replace("EXTRA", "")).lost)
 
 
+def test_negative_damping_is_listed_and_other_negative_forces_are_refused(tmp_path):
+    text = '<mujoco><worldbody><body>\n<joint name="j" KEY="-0.013 2" armature="1"/><geom size="0.1"/></body></worldbody></mujoco>'
+    draft = imported(tmp_path, text.replace("KEY", "damping"))
+    assert draft.links[0].damping == 0 and "1 x nonlinear damping of joints" in draft.lost
+    assert f"{tmp_path / 'robot.xml'}:2: 'damping' of joint 'j' is -0.013; negative damping adds energy, and 0 is used" in draft.doubts
+    for key in ("frictionloss", "stiffness"):
+        with pytest.raises(UserError, match=rf"robot\.xml:2: '{key}' of joint 'j' must be >= 0, got -0\.013"):
+            imported(tmp_path, text.replace("KEY", key))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [

@@ -301,8 +301,11 @@ def test_what_is_not_converted(tmp_path):
             [],
             "--contact: 3 <mesh> shapes cannot be converted: mesh file 'a.stl' does not exist; write [[contact]] by hand",
         ),
-        (TWO_LEGS.replace('radius="0.03"', 'radius="0"', 1), [], "the size of <sphere> in link 'left_foot' must be > 0, got 0"),
-        (TWO_LEGS.replace('size="0.4 0.2 0.1"', 'size="0.4 0.2"'), [], "'size' of <box> must be 3 numbers, got '0.4 0.2'"),
+        (
+            TWO_LEGS.replace('radius="0.0', 'radius="-0.0').replace("0.4 0.2 0.1", "0 0 0"),
+            [],
+            "mesh; omitted: 1 <box> shapes: {file}:1: the size of <box> must be > 0, got 0; omitted: 2 <cylinder> shapes: {file}:1: ",
+        ),
         (TWO_LEGS, ["left_hop=1"], "no revolute or prismatic joint is called 'left_hop'; did you mean 'left_hip'?"),
         (TWO_LEGS, ["left_hip=high"], "'left_hip=high' must be JOINT=VALUE with a number in rad or m"),
         (TWO_LEGS, ["left_hip"], "'left_hip' must be JOINT=VALUE"),
@@ -311,7 +314,26 @@ def test_what_is_not_converted(tmp_path):
 def test_mistakes(tmp_path, content, pose, sentence):
     with pytest.raises(UserError) as error:
         imported(tmp_path, content, pose=pose)
-    assert sentence in str(error.value) and "\n" not in str(error.value)
+    assert sentence.replace("{file}", str(tmp_path / "dog.urdf")) in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('<sphere radius="0.03"/>', '<sphere radius="0"/>', "1 <sphere> shapes: {}:1: the size of <sphere> must be > 0, got 0"),
+        (
+            '<sphere radius="0.03"/>',
+            '<mesh filename="a.stl" scale="1 1 1 1"/>',
+            "1 <mesh> shapes: {}:1: 'scale' of <mesh> must be 3 numbers",
+        ),
+        ('size="0.4 0.2 0.1"', 'size="0.4 0.2"', "1 <box> shapes: {}:1: 'size' of <box> must be 3 numbers, got '0.4 0.2'"),
+    ],
+)
+def test_a_wrong_shape_is_omitted_with_its_place(tmp_path, old, new, sentence):
+    whole, draft = imported(tmp_path, TWO_LEGS, contact="all"), imported(tmp_path, TWO_LEGS.replace(old, new, 1), contact="all")
+    assert f"contact of {sentence.format(tmp_path / 'dog.urdf')}" in " | ".join(draft.lost)
+    assert len(draft.contacts) == len(whole.contacts) - 1
+    assert [link.mass for link in draft.links] == [link.mass for link in whole.links]
 
 
 @pytest.mark.parametrize("gravity", [40.0, 1.62, 0.0])

@@ -108,6 +108,18 @@ def test_a_missing_mesh_without_a_mass_is_named(built_library, here):
         assert done.stderr.count("check: without readable shapes and therefore without mass: tool") == named
 
 
+def test_a_wrong_shape_without_a_mass_is_named(built_library, here):
+    (here / "arm.urdf").write_text(
+        KINEMATIC.replace(
+            '<link name="tool"/>', '<link name="tool"><collision><geometry><sphere radius="0"/></geometry></collision></link>'
+        )
+    )
+    done = command("import", "arm.urdf", "--mass", "5")
+    assert done.returncode == 0, done.stderr
+    assert "omitted: mass of 1 <sphere> shapes: arm.urdf:" in done.stderr and "the size of <sphere> must be > 0, got 0" in done.stderr
+    assert "check: without readable shapes and therefore without mass: tool" in done.stderr
+
+
 def test_mass_is_the_total_of_what_was_missing(built_library, here):
     done = command("import", "arm.urdf", "--mass", "5", "--json")
     assert done.returncode == 0 and "5 kg in total" in done.stderr

@@ -297,7 +297,7 @@ def test_visuals_become_shapes(robot):
     base, box, mesh = (tie.fields for tie in draft.shapes)
     assert base == {"link": "ground", "kind": "cylinder", "size": [0.1, 0.2], "color": [0, 0, 1]}
     assert box["color"] == [1, 0, 0, 0.5] and mesh["size"] == [0.001] * 3 and mesh["file"].endswith("meshes/part.stl")
-    assert "1 <visual> shapes of <cone>" in draft.lost
+    assert "<visual>: 1 <cone> shapes" in draft.lost
     assert "1 <visual> meshes: files not found: package://robot/meshes/gone.stl" in draft.lost
     # where the URDF has it
     pose = pose_of(draft.links[0].dh, "revolute", draft.links[0].q)
@@ -306,6 +306,23 @@ def test_visuals_become_shapes(robot):
     assert pose[:3, :3] @ box["position"] + pose[:3, 3] == pytest.approx(np.array([0, 0, 1]) + rotation_x(0.4) @ [0.1, 0.2, 0.3], abs=1e-12)
     assert turn == pytest.approx(rotation_x(0.4) @ rotation_z(0.3) @ rotation_y(0.2) @ rotation_x(0.1), abs=1e-12)
     assert not urdf.read(robot, import_options(shapes=False)).shapes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (
+            'radius="0.1" length="0.2"',
+            'radius="0" length="0.2"',
+            "<visual>: 1 <cylinder> shapes: {}:2: the size of <cylinder> must be > 0, got 0",
+        ),
+        ("0.001 0.001 0.001", "1 1 1 1", "<visual>: 1 <mesh> shapes: {}:5: 'scale' of <mesh> must be 3 numbers, got '1 1 1 1'"),
+    ],
+)
+def test_a_wrong_visual_is_omitted_with_its_place(robot, old, new, sentence):
+    robot.write_text(ROBOT.replace(old, new), encoding="utf-8")
+    draft = urdf.read(robot, import_options())
+    assert sentence.format(robot) in draft.lost and len(draft.shapes) == 2 and draft.links[0].mass == 1
 
 
 def test_mesh_files_are_relative_to_the_model_file(robot, tmp_path, monkeypatch):
