@@ -18,9 +18,9 @@ bool is_jump(const MotionTable& table, std::size_t k) {
   return k > 0 && k < table.time.size() && table.time[k] == table.time[k - 1];
 }
 
-// Weight of the interval after knot k in the averaged acceleration at k. If the acceleration differs by d from
-// that of the cubic of an interval of length h, the polynomial deviates from the cubic by a multiple of d
-// h^2. Weights proportional to h^4 minimize the sum of the squared deviations of both intervals, so that a
+// Weight of the interval after knot k in the averaged acceleration at k. If the acceleration differs by d
+// from that of the cubic of an interval of length h, the polynomial deviates from the cubic by a multiple of
+// d h^2. Weights proportional to h^4 minimize the sum of the squared deviations of both intervals, so that a
 // long rest beside a short motion remains at rest.
 double weight_after(const MotionTable& table, std::size_t k) {
   if (k == 0 || is_jump(table, k)) return 1;
