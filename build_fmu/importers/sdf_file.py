@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,7 @@ class Sdf(Urdf):
         self.lost: list[str] = []
         self.doubts: list[str] = []
         self.closing: list[Closing] = []
+        self.parts: dict[str, str] = {}  # names of parts of universal joints
         self.poses: dict[etree._Element, np.ndarray] = {}
         self.massless = options.density is not None or options.mass is not None
         self.gravity = [0.0, 0.0, -9.8]
@@ -98,8 +100,11 @@ class Sdf(Urdf):
         if others:
             self.lost.append(f"the models {', '.join(others)}: one model is imported, '{moving[0].get('name', '')}'")
         for world in moving[0].iterancestors("world"):
-            if world.find("gravity") is not None:
-                self.gravity = self._values(world.find("gravity"), 3)
+            gravity = world.find("gravity")
+            if gravity is None and _version(self.file) < (1, 6):
+                gravity = world.find("physics/gravity")
+            if gravity is not None:
+                self.gravity = self._values(gravity, 3)
         return moving[0]
 
     def _frames(self) -> None:
@@ -141,12 +146,14 @@ class Sdf(Urdf):
         """Returns the link at an end of a joint: the named link, or the one that the named frame or joint is attached to."""
         if name == WORLD:
             return WORLD
+        if name == MODEL and name not in seen:
+            return self.link_of(self._canonical(), by, (*seen, name))
         if name not in self.places or name in seen:
             raise self.error(by, f"joint '{by.get('name')}': {self._unknown('link', name)}")
         element, base = self.places[name]
         if element.tag == "link":
             return name
-        return self._canonical() if base == MODEL else self.link_of(base, by, (*seen, name))
+        return self.link_of(base, by, (*seen, name))
 
     def _canonical(self) -> str:
         return self.model.get("canonical_link") or next((link.get("name") for link in self.model.findall("link")), "")
@@ -241,10 +248,10 @@ class Sdf(Urdf):
                 axis = self._axis(joint, "axis", at) if joint.find("axis") is not None else np.array([0.0, 0, 1])
                 self.closing.append(Closing(name, LOOPS[kind], (parent, child), poses, axis))
             elif kind == "universal":
-                cross = self._add(self.root, joint, "link", name=f"{name}_cross").get("name")
+                cross = self._add(self.root, joint, "link", name=self._part(name, "cross")).get("name")
                 self.frame[cross] = self.frame[child]
-                self._moving(joint, "axis", self._joint(joint, f"{name}_1", "revolute", parent, cross))
-                self._moving(joint, "axis2", self._joint(joint, f"{name}_2", "revolute", cross, child))
+                self._moving(joint, "axis", self._joint(joint, self._part(name, "1"), "revolute", parent, cross))
+                self._moving(joint, "axis2", self._joint(joint, self._part(name, "2"), "revolute", cross, child))
                 rotor = [part.tag for part in joint if part.tag in DRAKE]
                 if rotor:
                     self.lost.append(
@@ -266,6 +273,14 @@ class Sdf(Urdf):
         self._add(element, source, "child", link=child)
         self.poses[element] = inverse(self.frame[parent]) @ self.frame[child]
         return element
+
+    def _part(self, joint: str, what: str) -> str:
+        """Returns the name of a part of a universal joint; no link, joint or frame of the file has it."""
+        wanted = f"{joint}_{what}"
+        if wanted not in self.parts:
+            names = chain([wanted], (f"{wanted}_{i}" for i in count(2)))
+            self.parts[wanted] = next(name for name in names if name not in self.places and name not in self.parts.values())
+        return self.parts[wanted]
 
     def _transmission(self, joint: etree._Element) -> None:
         """Adds Drake's gear ratio and rotor inertia."""
@@ -321,7 +336,7 @@ class Sdf(Urdf):
         if reason:
             self.lost.append(f"{self.shown}:{mimic.sourceline}: <mimic> of '{name}': {reason}")
             return ""
-        return f"{leader}_{1 + (axis == 'axis2')}" if universal else leader
+        return self._part(leader, "12"[axis == "axis2"]) if universal else leader
 
     def _axis(self, joint: etree._Element, tag: str, frame: np.ndarray) -> np.ndarray:
         """Returns the unit vector of an axis in the frame of the joint."""
@@ -393,9 +408,9 @@ class Sdf(Urdf):
                 if child.tag not in READ[outer.tag]:
                     tags[outer.tag, child.tag] += 1
                     first.setdefault((outer.tag, child.tag), child.sourceline)
-        for (parent, tag), count in tags.items():
+        for (parent, tag), number in tags.items():
             hint = "" if tag in OTHER else did_you_mean(tag, READ[parent])
-            self.lost.append(f"{count} x <{tag}> in <{parent}>, first in line {first[parent, tag]}{hint}")
+            self.lost.append(f"{number} x <{tag}> in <{parent}>, first in line {first[parent, tag]}{hint}")
 
 
 def _unread(parent: etree._Element) -> Iterator[tuple[etree._Element, etree._Element]]:

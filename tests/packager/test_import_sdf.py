@@ -274,6 +274,40 @@ def test_a_mimic_of_a_universal_joint_follows_one_of_its_axes(tmp_path, axis, le
     assert any(line.endswith("robot.sdf:4: <mimic> of 'k': 'j' has no <axis2>") for line in draft.lost) == (leader == "j_2")
 
 
+def test_names_of_the_parts_of_a_universal_joint_are_not_those_of_the_file(tmp_path):
+    text = TWO_ARMS.replace("@", "").replace('revolute"><parent>world', 'universal"><axis2><xyz>1 0 0</xyz></axis2><parent>world')
+    text = text.replace('"a"', '"j_cross"').replace(">a<", ">j_cross<").replace('"k"', '"j_1"')
+    text = text.replace("</axis></joint>\n</model>", '<mimic joint="j"/></axis></joint>\n</model>')
+    draft = imported(tmp_path, text)
+    assert [(one.name, one.parent, one.joint_name) for one in draft.links] == [
+        ("j_cross_2", "ground", "j_1_2"),
+        ("j_cross", "j_cross_2", "j_2"),
+        ("b", "j_cross", "j_1"),
+    ]
+    assert draft.couplings[0].fields["joints"] == ["j_1", "j_1_2"]
+
+
+def test_model_as_an_end_of_a_joint_is_the_canonical_link(tmp_path):
+    """The frame __model__ is attached to the canonical link (`//joint/parent` of the specification)."""
+    text = TWO_ARMS.replace("@", "").replace("<parent>a", "<parent>__model__")
+    parents = {link.name: link.parent for link in imported(tmp_path, text).links}
+    assert parents == {"a": "ground", "b": "a"}
+    with pytest.raises(UserError, match=r"robot\.sdf:\d: joint 'k': unknown link 'c'"):
+        imported(tmp_path, text.replace("<model ", '<model canonical_link="c" '))
+
+
+@pytest.mark.parametrize(
+    ("version", "world", "gravity"),
+    [("1.5", "", [0, 1, -2]), ("1.4", "", [0, 1, -2]), ("1.6", "", [0, 0, -9.8]), ("1.5", "<gravity>3 0 0</gravity>", [3, 0, 0])],
+)
+def test_gravity_belongs_to_physics_until_version_1_5(tmp_path, version, world, gravity):
+    """`1_5.convert` of sdformat moves it to <world>."""
+    model = PARALLELOGRAM.partition('<sdf version="1.7">')[2].removesuffix("</sdf>")
+    physics = '<physics type="ode"><gravity>0 1 -2</gravity></physics>'
+    text = f'<sdf version="{version}"><world name="w">{physics}{world}{model}</world></sdf>'
+    assert imported(tmp_path, text).gravity == gravity
+
+
 def test_a_joint_that_closes_a_loop_leads_no_mimic(tmp_path):
     text = PARALLELOGRAM.replace("</axis>", '<mimic joint="d"/></axis>', 1)
     assert any(line.endswith("robot.sdf:5: <mimic> of 'a': 'd' closes a loop") for line in imported(tmp_path, text).lost)
