@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+import numpy as np
 from lxml import etree
 
 from build_fmu.errors import UserError, listed
 from build_fmu.importers.draft import GROUND
-from build_fmu.importers.mjcf_bodies import WORLD, Geom
+from build_fmu.importers.masses import fixed_to_ground
+from build_fmu.importers.mjcf_bodies import Geom
 from build_fmu.importers.mjcf_file import Mjcf, elements
 from build_fmu.importers.mjcf_parts import Parts
+from build_fmu.importers.rigid import start_poses
 from build_fmu.importers.urdf_contacts import Solid, add_contacts
 
 TOUCHING = ("sphere", "capsule", "cylinder", "box", "mesh")
@@ -23,8 +26,9 @@ TURNING = 3  # condim above which a contact resists torsion and rolling
 def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
     """Adds the contacts to the draft of `parts`."""
     mj, draft, tree = parts.mj, parts.draft, parts.tree
-    omitted, solids, dropped = Counter(), [], {}
-    planes = [geom for geom in tree.geoms if geom.kind == "plane" and _collides(mj, geom) and _is_ground(parts, geom)]
+    omitted, solids, dropped, override = Counter(), [], {}, _override(mj)
+    still, poses = fixed_to_ground(draft.links), start_poses(draft.links)
+    planes = [geom for geom in tree.geoms if geom.kind == "plane" and _is_ground(parts, geom, still, poses)]
     for geom in tree.geoms:
         if geom.kind == "plane":
             continue
@@ -34,6 +38,8 @@ def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
         elif geom.kind in TOUCHING and geom.solid:
             link, frame = parts.frame_of(geom.element, geom.body)
             friction, condim, sources = rule
+            if override is not None:
+                friction, sources = _sliding(mj, mj.root.find("option"), override, condim), [override]
             solid = Solid(geom.kind, link, frame @ geom.solid.pose, list(geom.solid.size), geom.solid.file, friction=friction)
             solids.append(solid)
             if link != GROUND:
@@ -54,12 +60,14 @@ def add_ground_contacts(parts: Parts, feet_only: bool) -> None:
             draft.lost.append(f"{what} of the contacts of {listed(found)}: another law, with the stiffness and damping below")
 
 
-def _is_ground(parts: Parts, plane: Geom) -> bool:
-    """Returns whether a plane is z = 0 of the ground frame; lists another one."""
-    link, _ = parts.frame_of(plane.element, plane.body)
-    if link == GROUND and abs(plane.pose[2, 3]) <= 1e-9 and plane.pose[2, 2] >= 1 - 1e-9:
+def _is_ground(parts: Parts, plane: Geom, still: set[str], poses: dict[str, np.ndarray]) -> bool:
+    """Returns whether a plane is z = 0 of the ground frame, also of a link in `still`; lists another one that collides."""
+    link, frame = parts.frame_of(plane.element, plane.body)
+    pose = poses[link] @ frame @ plane.pose
+    if link in still and abs(pose[2, 3]) <= 1e-9 and pose[2, 2] >= 1 - 1e-9:
         return True
-    parts.draft.lost.append(f"{parts.mj.place(plane.element)}: contact with a plane other than z = 0")
+    if _collides(parts.mj, plane):
+        parts.draft.lost.append(f"{parts.mj.place(plane.element)}: contact with a plane other than z = 0")
     return False
 
 
@@ -94,9 +102,8 @@ def _rule(parts: Parts, geom: Geom, planes: list[Geom]) -> tuple[float, int, lis
             if {values.get("geom1"), values.get("geom2")} == names:
                 parts.tree.applied.append(element)
                 condim = mj.whole(element, values, "condim", 3)
-                first = mj.numbers(element, values, "friction", None, "1") or [1.0]
-                return (0.0 if condim == 1 else first[0]), condim, [values]
-        if _excluded(parts, geom.body):
+                return _sliding(mj, element, values, condim), condim, [values]
+        if _excluded(parts, geom.body, plane.body):
             continue
         (type_a, affinity_a), (type_b, affinity_b) = (_masks(mj, one) for one in (geom, plane))
         if type_a & affinity_b or type_b & affinity_a:
@@ -104,9 +111,9 @@ def _rule(parts: Parts, geom: Geom, planes: list[Geom]) -> tuple[float, int, lis
     return 0
 
 
-def _excluded(parts: Parts, body: str) -> bool:
+def _excluded(parts: Parts, *bodies: str) -> bool:
     for element, values in _of_section(parts.mj, "exclude"):
-        if {values.get("body1"), values.get("body2")} == {WORLD, body}:
+        if {values.get("body1"), values.get("body2")} == set(bodies):
             parts.tree.applied.append(element)
             return True
     return False
@@ -117,5 +124,19 @@ def _mixed(mj: Mjcf, *geoms: Geom) -> tuple[float, int]:
     ranks = [mj.whole(geom.element, geom.values, "priority", 0) for geom in geoms]
     counted = [geom for geom, rank in zip(geoms, ranks, strict=True) if rank == max(ranks)]
     condim = max(mj.whole(geom.element, geom.values, "condim", 3) for geom in counted)
-    sliding = max((mj.numbers(geom.element, geom.values, "friction", None, "1") or [1.0])[0] for geom in counted)
-    return (0.0 if condim == 1 else sliding), condim
+    return max(_sliding(mj, geom.element, geom.values, condim) for geom in counted), condim
+
+
+def _sliding(mj: Mjcf, element: etree._Element, values: dict[str, str], condim: int) -> float:
+    """Returns the coefficient of sliding friction."""
+    first = mj.numbers(element, values, "friction", None, "1") or [1.0]
+    return 0.0 if condim == 1 else first[0]
+
+
+def _override(mj: Mjcf) -> dict[str, str] | None:
+    """Returns the parameters of <option> that replace those of all contacts; None: no <flag> enables this."""
+    options, chosen = mj.root.findall("option"), {}
+    for flag in mj.root.iterfind("option/flag"):
+        chosen |= flag.attrib
+    given = {key.removeprefix("o_"): value for option in options for key, value in option.attrib.items() if key.startswith("o_")}
+    return given if chosen.get("override") == "enable" else None

@@ -15,17 +15,19 @@ from build_fmu.model.describe import describe
 from tests.packager.import_options import import_options
 
 
-def imported(tmp_path, plane: str, geom: str, after: str = "", **options):
-    """Returns the draft of a ball on a plane, and a second one that always collides."""
+def imported(tmp_path, plane: str, geom: str, after: str = "", body: bool = False, **options):
+    """Returns the draft of a ball on a plane, and a second one that always collides; `body`: the plane is one of a fixed body."""
     path = tmp_path / "ball.xml"
+    before, behind = ('<body name="arena" pos="0 1 -1"><frame pos="0 0 1">', "</frame></body>") if body else ("", "")
     path.write_text(
-        f"""<mujoco><worldbody><geom name="p" type="plane" size="1 1 1" {plane}/><body name="b" pos="0 0 0.09"><freejoint/>
-        <geom name="g" size="0.1" {geom}/></body><body name="other" pos="0 1 0.1"><freejoint/><geom size="0.1" conaffinity="7"/></body></worldbody>
+        f"""<mujoco><worldbody>{before}<geom name="p" type="plane" size="1 1 1" {plane}/>{behind}<body name="b" pos="0 0 0.09"><freejoint/>
+        <geom name="g" size="0.1" {geom}/></body><body name="other" pos="0 1 0.1"><freejoint/><geom name="o" size="0.1" conaffinity="7"/></body></worldbody>
         {after}</mujoco>"""
     )
     return mjcf.read(path, import_options(contact="all", **options))
 
 
+OVERRIDE = '<flag override="enable"/>'
 # friction None: no contact
 CASES = [
     ("", "", "", 1.0),
@@ -43,20 +45,32 @@ CASES = [
     ("", 'contype="0" conaffinity="0"', '<contact><pair geom1="g" geom2="p" condim="1"/></contact>', 0.0),
     ("", "", '<contact><exclude body1="b" body2="world"/></contact>', None),
     ("", "", '<contact><pair geom1="p" geom2="g" friction="0.3"/><exclude body1="world" body2="b"/></contact>', 0.3),
+    ('contype="0" conaffinity="0"', "", '<contact><pair geom1="p" geom2="o"/></contact>', None),
+    ("", "", f'<option o_friction="2 2 .1 .1 .1">{OVERRIDE}</option>', 2.0),
+    ("", 'friction="0.3"', f'<option>{OVERRIDE}</option><contact><pair geom1="p" geom2="g" friction="0.4"/></contact>', 1.0),
+    ('condim="1"', 'condim="1"', f'<option o_friction="2">{OVERRIDE}</option>', 0.0),
+    ("", "", '<option o_friction="2"/>', 1.0),
 ]
+IN_BODY = [
+    ('friction="1.5"', "", "", 1.5),
+    ('friction="1.5"', "", '<contact><exclude body1="world" body2="b"/></contact>', 1.5),
+    ('friction="1.5"', "", '<contact><exclude body1="arena" body2="b"/></contact>', None),
+]
+ALL = [(*case, False) for case in CASES] + [(*case, True) for case in IN_BODY]
 
 
-@pytest.mark.parametrize(("plane", "geom", "after", "friction"), CASES)
-def test_pairs_and_friction_are_those_of_mujoco(tmp_path, plane, geom, after, friction):
-    draft = imported(tmp_path, plane, geom, after)
+@pytest.mark.parametrize(("plane", "geom", "after", "friction", "body"), ALL)
+def test_pairs_and_friction_are_those_of_mujoco(tmp_path, plane, geom, after, friction, body):
+    draft = imported(tmp_path, plane, geom, after, body)
+    assert not any("a plane other than z = 0" in line for line in draft.lost)
     found = {one.fields["link_a"]: one.fields["friction"] for one in draft.contacts}
     assert found.get("b") == friction and "other" in found
 
 
-@pytest.mark.parametrize(("plane", "geom", "after", "friction"), CASES)
-def test_the_references_are_those_of_mujoco(tmp_path, plane, geom, after, friction):
+@pytest.mark.parametrize(("plane", "geom", "after", "friction", "body"), ALL)
+def test_the_references_are_those_of_mujoco(tmp_path, plane, geom, after, friction, body):
     mujoco = pytest.importorskip("mujoco")
-    imported(tmp_path, plane, geom, after)
+    imported(tmp_path, plane, geom, after, body)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "ball.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -71,6 +85,15 @@ def test_the_report_tells_what_the_file_states_from_what_is_assumed(tmp_path):
     for what in ("solref", "margin", "resistance to torsion and rolling (condim 6)"):
         assert f"{what} of the contacts of b: another law, with the stiffness and damping below" in lost
     assert not any("solref" in line for line in imported(tmp_path, "", "").lost)
+    lost = imported(tmp_path, "", 'solref="0.01 1"', f'<option o_margin="0.01">{OVERRIDE}</option>').lost
+    assert any(line.startswith("margin of the contacts of b, other") for line in lost) and not any("solref" in line for line in lost)
+
+
+def test_a_plane_elsewhere_is_listed_if_it_collides(tmp_path):
+    def lines(plane):
+        return [line for line in imported(tmp_path, plane, "", body=True).lost if "contact with a plane other than z = 0" in line]
+
+    assert len(lines('pos="0 0 0.1"')) == 1 and not lines('pos="0 0 0.1" contype="0" conaffinity="0"')
 
 
 def test_what_does_not_collide_with_the_plane_is_listed(tmp_path):
@@ -79,15 +102,9 @@ def test_what_does_not_collide_with_the_plane_is_listed(tmp_path):
     lost = imported(tmp_path, "", "", '<contact><exclude body1="world" body2="b"/><exclude body1="b" body2="other"/></contact>').lost
     assert excluded in lost and "<contact>: 1 x <exclude>" in lost
     assert not any("<contact>" in line for line in imported(tmp_path, "", "", '<contact><pair geom1="p" geom2="g"/></contact>').lost)
-    path = tmp_path / "ball.xml"
-    path.write_text(
-        path.read_text()
-        .replace('geom name="p"', 'geom name="p" contype="8" conaffinity="0"')
-        .replace("<contact>", "<!--")
-        .replace("</contact>", "-->")
-    )
-    with pytest.raises(UserError, match=r"that collides \(2 <geom> that do not collide with the plane, by contype"):
-        mjcf.read(path, import_options(contact="all"))
+    for plane in ('contype="8" conaffinity="0"', 'contype="0" conaffinity="0"'):
+        with pytest.raises(UserError, match=r"that collides \(2 <geom> that do not collide with the plane, by contype"):
+            imported(tmp_path, plane, "")
 
 
 def test_a_contact_without_friction_is_a_valid_model(tmp_path, built_library):
