@@ -42,6 +42,9 @@ def mesh_parts(file: str) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
 @lru_cache(maxsize=256)
 def _read(file: str, changed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Reads a mesh file; `changed`: when it was written, so that a new version is read again."""
+    own = _of_mujoco(file)
+    if own is not None:
+        return [own]
     try:
         import trimesh
     except ImportError:
@@ -60,6 +63,22 @@ def _read(file: str, changed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
         raise UserError(f"mesh file '{file}' contains no triangles")
     scale = _metres(str(scene.metadata.get("units") or scene.units or ""))
     return [(np.asarray(part.vertices) * scale, np.asarray(part.faces), _colours(part)) for part in parts]
+
+
+def _of_mujoco(file: str) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Returns the part of a mesh file in MuJoCo's own format, .msh; None: it has another format, or no triangles."""
+    if Path(file).suffix.lower() != ".msh":
+        return None
+    data = Path(file).read_bytes()
+    # numbers of points, normals, texture coordinates and triangles, then these
+    counts = np.frombuffer(data[:16], "<i4")
+    if len(counts) != 4 or counts.min() < 0 or counts[3] == 0 or len(data) != 16 + 4 * int(counts.astype(np.int64) @ [3, 3, 2, 3]):
+        return None
+    points = np.frombuffer(data, "<f4", 3 * counts[0], 16).reshape(-1, 3).astype(float)
+    triangles = np.frombuffer(data[len(data) - 12 * int(counts[3]) :], "<i4").reshape(-1, 3)
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        return None
+    return points, triangles, np.full((len(triangles), 3), -1.0)
 
 
 def _metres(units: str) -> float:

@@ -14,6 +14,7 @@ from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_axes import principal_axes
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
+from build_fmu.importers.obj_faces import split_faces
 from build_fmu.importers.rigid import matrix_of, transform
 from build_fmu.importers.solids import Body as Mass
 from build_fmu.importers.solids import Solid, body_of, is_open, joined, mujoco_mesh_body
@@ -350,7 +351,16 @@ class Tree:
         if amount == 0:
             return Mass()
         exact = geom.rule == "exact"
-        solid = body_of(geom.solid, None if exact else mujoco_mesh_body)
+        try:
+            solid = body_of(geom.solid, None if exact else mujoco_mesh_body)
+        except UserError as error:
+            raise self.mj.error(geom.element, str(error)) from None
+        split = split_faces(geom.solid.file)
+        if split and split[1]:
+            self.draft.doubts.append(
+                f"{self.mj.place(geom.element)}: mass and inertia of the mesh may differ from MuJoCo's, which splits faces with more than "
+                f"four corners into other triangles or drops them ({split[1]} x)"
+            )
         if geom.rule not in ("", "legacy", "exact"):
             self.omitted[f'inertia="{geom.rule}" of <mesh>, computed as legacy'] += 1
         if exact and is_open(geom.solid.file):

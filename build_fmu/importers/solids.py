@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from build_fmu.draw.meshes import mesh_parts
+from build_fmu.importers.obj_faces import split_faces
 
 
 @dataclass
@@ -122,7 +123,10 @@ def mujoco_mesh_body(file: str, scale: tuple[float, ...]) -> Body:
 
 def _corners(file: str, scale: tuple[float, ...]) -> np.ndarray:
     """Returns the corners of all triangles: triangles x 3 x 3."""
-    return np.concatenate([scaled(points, scale)[triangles] for points, triangles, _ in mesh_parts(file)])
+    parts, split = mesh_parts(file), split_faces(file)
+    if split is not None:
+        return scaled(split[0], scale)
+    return np.concatenate([scaled(points, scale)[triangles] for points, triangles, _ in parts])
 
 
 def scaled(points: np.ndarray, scale: Sequence[float]) -> np.ndarray:
