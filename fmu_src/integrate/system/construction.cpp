@@ -80,6 +80,25 @@ namespace redysim {
   std::copy_n(scales_.begin() + layout_.q.count, layout_.actuators(), layout_.motor_q.of(y));
 }
 
+[[gnu::cold]] void System::difference_steps(const double* y, double* steps) const {
+  // relative to the scale, to the size of a region, and to y (a change above the rounding error)
+  constexpr double largest = 1e-7, of_scale = 1e-5, of_region = 1e-2, of_value = 1e-12;
+  double position = largest, velocity = largest;
+  for (const ContactLaw<double>& law : plan_.contact_laws) {
+    position = std::min(position, of_region * law.width);
+    velocity = std::min(velocity, of_region / std::max(law.per_velocity, law.per_spin));
+  }
+  nominals(steps);
+  for (int i = 0; i < size(); ++i) steps[i] = std::min(of_scale * steps[i], i < nq() ? position : velocity);
+  for (int k = 0; k < simple() && !plan_.resistances.empty(); ++k) {
+    const Resistance<double>& of = plan_.resistances[static_cast<std::size_t>(joint_of(k))];
+    double &of_q = steps[layout_.q[k]], &of_qd = steps[layout_.qd[k]];
+    of_q = std::min(of_q, of_region * of.width);
+    of_qd = std::min(of_qd, of_region / of.per_velocity);
+  }
+  for (int i = 0; i < size(); ++i) steps[i] = std::max(steps[i], of_value * std::fabs(y[i]));
+}
+
 // The scale of a motor is N times that of its joint, with N the gear ratio. A torque is scaled by the
 // velocity that it gives the joint within its time constant. Where loops lock the joint, perhaps only at a
 // dead point, the response is a rounding error: a tenth of the response without loops is the minimum.

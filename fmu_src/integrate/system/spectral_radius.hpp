@@ -18,7 +18,7 @@ class SpectralRadius {
  private:
   bool apply(System& system, double time, const double* y, double& growth);
 
-  std::vector<double> at_, direction_, slope_, moved_slope_;
+  std::vector<double> at_, direction_, slope_, moved_slope_, nudge_;
 };
 
 }  // namespace redysim

@@ -1,13 +1,10 @@
 #include "integrate/system/stiffest_joint.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace redysim {
 namespace {
-
-constexpr double difference = 1e-8;
 
 // Rates of single components at one point.
 class RateProbe {
@@ -19,7 +16,9 @@ class RateProbe {
   // Rate, 1/s, from the derivative of the slope of `of` by `component`: `of` is the component itself, or the
   // velocity that belongs to a position. 0: not finite.
   double rate(int component, int of) {
-    const double value = at_[component], step = difference * std::max(1.0, std::fabs(value));
+    const double value = at_[component];
+    system_.difference_steps(at_.data(), moved_.data());
+    const double step = moved_[component];
     at_[component] = value + step;
     const bool ok = system_.slope_within_step(time_, at_.data(), moved_.data()) == Status::ok;
     at_[component] = value;

@@ -46,6 +46,10 @@ class System {
   std::vector<double>& scales() { return scales_; }
   const std::vector<double>& scales() const { return scales_; }
   void nominals(double* y) const;  // the scale of each entry of y
+  // Changes of each entry of y for difference quotients: small relative to its scale, to the onset of stops
+  // and contacts and to the velocities of dry friction, beyond which a stiff force is constant. Length
+  // size().
+  void difference_steps(const double* y, double* steps) const;
 
   // The inputs as set last (InputLayout). The torque of an undriven joint is 0. Equal inputs give an equal
   // right-hand side.
