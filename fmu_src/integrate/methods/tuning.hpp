@@ -45,10 +45,16 @@ struct Tuning {
   static constexpr double erk_stability_held = 0.2;
   static constexpr double adams_stability = 0.3, series_stability = 3;
   static constexpr double long_hold = 200;  // right-hand sides until the inputs change
+  // Part of the step budget of an advance, 1/4, after which bdf is tried instead of an explicit method even
+  // if stability does not seem to limit its steps (friction at velocities below the tolerance).
+  static constexpr long explicit_part = 4;
   // Step size times spectral radius below which stability limits bdf because of a highly oscillatory part of
   // the motion: then dirk is tried (otherwise stiff_arm took 3 times the right-hand sides of dirk).
   static constexpr double bdf_oscillatory = 10;
   static constexpr double steady = 1.5;  // maximum ratio of two such estimates
+  // Accepted steps of bdf for each rejected one, below which dirk is tried while inputs are held although it
+  // was never used (a foot of 4 mg took 38 times the right-hand sides of dirk).
+  static constexpr long few_accepted = 3;
   // exponential is tried if the communication step size times the spectral radius is at least fast_vibration,
   // the step size of the method in use times the radius at most bound_by_vibration, and the trace of the
   // Jacobian at most undamped times the radius.

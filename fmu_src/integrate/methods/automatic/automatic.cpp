@@ -89,6 +89,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   consider_inputs(end, inputs_changed);
   StepBudget budget(time(), end);
   const long before = statistics_.steps;
+  bool questioned = false;
   unsigned failed = 0;  // bits of the methods that failed at `failed_at`
   double failed_at = time();
   while (time() < end) {
@@ -106,7 +107,12 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     if (taken > budget.steps())
       return failure(time(), budget.exceeded(system_, name(), settings_, time(), state()));
     if (is_pause_due(taken)) return {};
-    if (time() < end) consider(end, span);
+    if (!questioned && is_late(taken, budget.steps())) {
+      questioned = true;
+      begin_trial(Choice::bdf, span);
+    } else if (time() < end) {
+      consider(end, span);
+    }
   }
   return {};
 }

@@ -85,6 +85,10 @@ class Automatic final : public Integrator {
   long pause_of(Choice choice) const {
     return choice == Choice::exponential ? std::min(pause_, Tuning::exponential_between_choices) : pause_;
   }
+  // Whether an explicit method has taken a large part of the step budget.
+  bool is_late(long taken, long budget) const {
+    return Tuning::explicit_part * taken > budget && !is_implicit(choice()) && !is_trial();
+  }
   bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
 
   // Costs (account.cpp).
@@ -110,6 +114,7 @@ class Automatic final : public Integrator {
   // Methods to be tried (candidates.cpp).
   bool may_try(Choice choice) const { return work() >= memory_.due[static_cast<int>(choice)]; }
   double steps_held(double end, double span) const;
+  bool is_struggling() const;
   bool consider_one_step(const Outlook& outlook);
   bool consider_multistep(const Outlook& outlook);
   bool adams_pays(const Outlook& outlook) const;

@@ -29,15 +29,22 @@ bool Automatic::limited_by_stability(double radius, double of_hold) const {
                    (of_hold >= Tuning::long_hold ? Tuning::erk_stability_held : Tuning::erk_stability);
 }
 
+// Whether many steps of the method in use fail, for example because Newton's iteration diverges.
+bool Automatic::is_struggling() const {
+  const Statistics& own = current_->statistics();
+  return own.steps < Tuning::few_accepted * own.rejected;
+}
+
 // Tries the one-step method of the same kind.
 bool Automatic::consider_one_step(const Outlook& outlook) {
   const Choice other = one_step_like(choice());
   const double used = work() - memory_.begun, known = memory_.step[static_cast<int>(other)];
   if (used < settled_work() || !may_try(other)) return false;
   if (!is_periodic()) {
-    if (memory_.steady == 0 || known == 0) return false;
-    // cost at its last step size, unless this is outdated
-    if (used < Tuning::outdated && step_work(other) / std::min(known, outlook.span) > cost()) return false;
+    if (known > 0 ? memory_.steady == 0 : !is_struggling()) return false;
+    // cost at its last step size, unless this is outdated or unknown
+    if (known > 0 && used < Tuning::outdated && step_work(other) / std::min(known, outlook.span) > cost())
+      return false;
   }
   begin_trial(other, outlook.span);
   return true;

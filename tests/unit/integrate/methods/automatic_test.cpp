@@ -266,6 +266,56 @@ TEST(Automatic, lost_trials_end_within_an_interval) {
   EXPECT_LT(work_of("stiff_arm", SolverMethod::automatic, 1e-7, 1e-2, 50, 1), 1.2 * erk);
 }
 
+// The states of a model from its text, with energy outputs as an FMU has them by default.
+struct Scene {
+  Model model;
+  Plan<double> plan;
+  System system;
+  std::unique_ptr<Integrator> integrator;
+
+  Scene(const std::string& text, SolverMethod method, double rtol)
+      : model(read_model_text(text, "scene.toml").model),
+        plan(model),
+        system(plan, true, &model),
+        integrator(make_integrator(system, solver(method, rtol))) {
+    std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+    set_start_values(parameters_of(model), system, y.data());
+    integrator->start(0, y.data());
+  }
+};
+
+// Friction that acts at velocities below the tolerance holds the rod: the velocity changes its sign in each
+// step, and the spectral radius is small on both sides. The step budget was exceeded.
+TEST(Automatic, tries_bdf_before_explicit_steps_exhaust_the_budget) {
+  const std::string rod =
+      "name = 'rod'\n[[link]]\nname = 'rod'\nmass = 1\ncom = [0.5, 0, 0]\n"
+      "inertia = [0.01, 0.1, 0.1]\nalpha = 1.5707963267948966\n"
+      "friction = 10\nfriction_velocity = 1e-9\n";
+  Scene held(rod, SolverMethod::automatic, 1e-4);
+  for (int k = 1; k <= 10; ++k) ASSERT_TRUE(held.integrator->advance(k * 0.01, k == 1).ok) << k;
+  EXPECT_EQ(held.integrator->method(), SolverMethod::bdf);
+}
+
+// Newton's iteration of bdf fails in every third step; dirk was never tried: 38 times.
+TEST(Automatic, tries_dirk_where_steps_of_bdf_fail) {
+  const std::string foot =
+      "name = 'foot'\ngravity = [0, 0, -9.81]\n[[link]]\nname = 'body'\njoint = 'free'\n"
+      "drive = 'free'\nmass = 0.508\ninertia = [4.33e-4, 5.43e-4, 4.8e-4]\n"
+      "q = [0, 0, 0.1642, 0, -0.2723, 0]\nqd = [-0.1837, 0, -0.2923, 0, 0, 0]\n"
+      "[[link]]\nname = 'foot'\nparent = 'body'\njoint = 'prismatic'\n"
+      "alpha = 3.141592653589793\nmass = 4.03e-6\ninertia = [4e-10, 4e-10, 4e-10]\n"
+      "q = 0.03\nrest = 0.03\nstiffness = 3568\ndamping = 118\n"
+      "[[contact]]\nname = 'floor'\nlink_a = 'foot'\nshape_a = 'capsule'\n"
+      "stiffness = 2.64e6\nwidth = 1.2e-6\ndamping = 1\nfriction = 0\nradius_a = 0.01\n"
+      "point_a = [-0.02, 0, 0]\npoint_a2 = [0.02, 0, 0]\n";
+  const auto evaluations = [&foot](SolverMethod method) {
+    Scene scene(foot, method, 1e-4);
+    for (int k = 1; k <= 1000; ++k) EXPECT_TRUE(scene.integrator->advance(k * 1e-3, k == 1).ok);
+    return static_cast<double>(scene.integrator->statistics().evaluations);
+  };
+  EXPECT_LT(evaluations(SolverMethod::automatic), 3 * evaluations(SolverMethod::dirk));
+}
+
 TEST(Automatic, explains_its_decisions) {
   Cart cart(1e6);
   EXPECT_EQ(cart.integrator->decisions(), 0);
