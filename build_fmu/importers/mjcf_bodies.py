@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain, count
 
 import numpy as np
@@ -14,10 +15,10 @@ from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_axes import principal_axes
 from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
-from build_fmu.importers.obj_faces import split_faces
+from build_fmu.importers.obj_faces import obj_faces
 from build_fmu.importers.rigid import matrix_of, transform
 from build_fmu.importers.solids import Body as Mass
-from build_fmu.importers.solids import Solid, body_of, is_open, joined, mujoco_mesh_body
+from build_fmu.importers.solids import Solid, body_of, is_open, joined, mesh_body, mujoco_mesh_body
 from build_fmu.importers.tree import Body
 
 WORLD = "world"
@@ -352,14 +353,16 @@ class Tree:
             return Mass()
         exact = geom.rule == "exact"
         try:
-            solid = body_of(geom.solid, None if exact else mujoco_mesh_body)
+            solid = body_of(geom.solid, partial(mesh_body, first_object=True) if exact else mujoco_mesh_body)
         except UserError as error:
             raise self.mj.error(geom.element, str(error)) from None
-        split = split_faces(geom.solid.file)
-        if split and split[1]:
+        faces = obj_faces(geom.solid.file)
+        if faces and faces.objects > 1:
+            self.omitted["objects after the first one of an OBJ file, in mass and inertia, as in MuJoCo"] += faces.objects - 1
+        if faces and faces.large_faces:
             self.draft.doubts.append(
                 f"{self.mj.place(geom.element)}: mass and inertia of the mesh may differ from MuJoCo's, which splits faces with more than "
-                f"four corners into other triangles or drops them ({split[1]} x)"
+                f"four corners into other triangles or drops them ({faces.large_faces} x)"
             )
         if geom.rule not in ("", "legacy", "exact"):
             self.omitted[f'inertia="{geom.rule}" of <mesh>, computed as legacy'] += 1

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from build_fmu.draw.meshes import mesh_parts
-from build_fmu.importers.obj_faces import split_faces
+from build_fmu.importers.obj_faces import obj_faces
 
 
 @dataclass
@@ -97,9 +97,12 @@ def _primitive(kind: str, size: list[float]) -> Body:
 
 
 @lru_cache(maxsize=512)
-def mesh_body(file: str, scale: tuple[float, ...]) -> Body:
-    """Returns volume, center and inertia of a mesh; of one that encloses no volume those of its bounding box."""
-    corners = _corners(file, scale)
+def mesh_body(file: str, scale: tuple[float, ...], first_object: bool = False) -> Body:
+    """Returns volume, center and inertia of a mesh; of one that encloses no volume those of its bounding box.
+
+    `first_object`: of the first object of an OBJ file only, as in MuJoCo.
+    """
+    corners = _corners(file, scale, first_object)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     volume, first, second = _integrals(corners, absolute=False)
     if is_open(file) or abs(volume) < 1e-9 * float((high - low).max()) ** 3:
@@ -112,7 +115,7 @@ def mesh_body(file: str, scale: tuple[float, ...]) -> Body:
 @lru_cache(maxsize=512)
 def mujoco_mesh_body(file: str, scale: tuple[float, ...]) -> Body:
     """Returns what MuJoCo computes by default (`inertia="legacy"`): all tetrahedra from a point inside count as positive."""
-    corners = _corners(file, scale)
+    corners = _corners(file, scale, first_object=True)
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     middle = areas @ corners.mean(axis=1) / areas.sum()
     volume, first, _ = _integrals(corners - middle, absolute=True)
@@ -121,11 +124,11 @@ def mujoco_mesh_body(file: str, scale: tuple[float, ...]) -> Body:
     return Body(volume, com, np.trace(second) * np.eye(3) - second)
 
 
-def _corners(file: str, scale: tuple[float, ...]) -> np.ndarray:
+def _corners(file: str, scale: tuple[float, ...], first_object: bool) -> np.ndarray:
     """Returns the corners of all triangles: triangles x 3 x 3."""
-    parts, split = mesh_parts(file), split_faces(file)
-    if split is not None:
-        return scaled(split[0], scale)
+    parts, faces = mesh_parts(file), obj_faces(file)
+    if faces is not None:
+        return scaled(faces.triangles[: faces.of_first if first_object else None], scale)
     return np.concatenate([scaled(points, scale)[triangles] for points, triangles, _ in parts])
 
 

@@ -50,6 +50,21 @@ def test_faces_with_more_corners_are_listed(tmp_path):
     assert line.startswith(f"{tmp_path / 'robot.xml'}:3: mass and inertia of the mesh may differ") and line.endswith("(2 x)")
 
 
+@pytest.mark.parametrize(("statements", "mass"), [(("o a", "o b"), 1000 / 6), (("g a", "g b"), 1000 / 6), (("", "usemtl b"), 4653.775140259422)])
+@pytest.mark.parametrize("inertia", ["legacy", "exact"])
+def test_the_first_object_counts(tmp_path, statements, mass, inertia):
+    """body_mass of MuJoCo 4.0.0 for tetrahedra of edges 1 and 2."""
+    pytest.importorskip("trimesh")
+    parts = [obj([(x, 0, 0), (x + size, 0, 0), (x, size, 0), (x, 0, size)], []) for x, size in ((0, 1), (5, 2))]
+    faces = [obj([], np.array([(1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4)]) + first) for first in (0, 4)]
+    text = "".join(f"{statement}\n{part}{own}" for statement, part, own in zip(statements, parts, faces, strict=True))
+    (tmp_path / "two.obj").write_text(text)
+    draft = imported(tmp_path, "two.obj", inertia)
+    both = statements[0] == ""
+    assert draft.links[0].mass == pytest.approx(1500 if both and inertia == "exact" else mass, rel=1e-9)
+    assert any("objects after the first one" in line for line in draft.lost) != both
+
+
 def msh(normals: int = 0) -> bytes:
     """Returns a tetrahedron of edges 1, 2, 3 in MuJoCo's format."""
     numbers = np.array([4, normals, normals, 4], "<i4").tobytes() + np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], "<f4").tobytes()
