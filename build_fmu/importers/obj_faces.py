@@ -25,7 +25,10 @@ class ObjFaces(NamedTuple):
 
 @lru_cache(maxsize=512)
 def obj_faces(file: str) -> ObjFaces | None:
-    """Returns the faces of a readable OBJ file; quadrangles are split along the shorter diagonal, as MuJoCo does. None: another file. Raises UserError."""
+    """Returns the faces of a readable OBJ file, None of another file. Raises UserError.
+
+    Quadrangles are split along the shorter diagonal, as MuJoCo does.
+    """
     if Path(file).suffix.lower() != ".obj":
         return None
     try:
