@@ -10,6 +10,7 @@ from build_fmu import __version__
 from build_fmu.cli import build, check, completion, equilibrium, identify, import_model, linearise, modes, report, show, simulate, stress
 from build_fmu.cli.parser import Parser
 from build_fmu.cli.streams import emit, standard_streams
+from build_fmu.cli.termination import cleaned_up_at_sigterm
 from build_fmu.errors import InvalidArgument, UserError
 
 COMMANDS = (build, import_model, check, simulate, linearise, modes, equilibrium, identify, report, stress, show, completion)
@@ -26,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if rest:
         options.parser.refuse(rest)
     try:
-        with standard_streams(options):
+        with cleaned_up_at_sigterm(), standard_streams(options):
             code = options.run(options) or 0
         sys.stdout.flush()
         return code
