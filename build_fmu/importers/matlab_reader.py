@@ -40,6 +40,7 @@ class _Reader(Expressions):
     given: Sequence[np.ndarray] = ()
     tolerant = False
     count = 0  # of statements
+    lost: frozenset[str] = frozenset()  # variables that a skipped statement assigns
 
     def read(self) -> Values:
         self._statements(top=True)
@@ -75,6 +76,7 @@ class _Reader(Expressions):
                 word = self.next()
                 if word.kind == "name" and (several or word is token):
                     self.values.arrays.pop(word.text, None)
+                    self.lost |= {word.text}
                 several = several and word.text != "]"
 
     def _statement(self, token: Token) -> None:
@@ -217,10 +219,13 @@ class _Reader(Expressions):
     def _store(self, name: str, value: np.ndarray, line: int) -> None:
         self.values.arrays[name] = np.array(value)
         self.values.lines[name] = line
+        self.lost -= {name}
 
     def _element(self, name: str, indices: list[np.ndarray], value: np.ndarray, line: int) -> None:
         if value.size != 1 or any(i.size != 1 for i in indices) or not 1 <= len(indices) <= 2:
             raise self.source.error(line, f"'{name}(...)' must be assigned a scalar")
+        if name in self.lost:
+            raise self.source.error(line, f"other elements of '{name}' are unknown")
         where = [self._index(i.item(), line, name) for i in indices]
         old = self.values.arrays.get(name, np.zeros((0, 0)))
         if len(where) == 1:

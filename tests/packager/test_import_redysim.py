@@ -532,6 +532,18 @@ def test_a_start_that_needs_the_trajectory(tmp_path):
     assert "returns 4 results, 5 are requested" in said(imported(folder)) and imported(folder).links[1].q == 0
 
 
+def test_start_values_with_one_unknown_element_are_omitted(tmp_path):
+    lines = "y0 = zeros(9,1); y0(1) = fzero(2);\ny0(2) = 0.5; y0(9) = 0;"
+    folder = stored(tmp_path / "g", GRIPPER, initials=GRIPPER_START.replace("y0 = [q; dq; 0];", lines))
+    draft = imported(folder)
+    assert [link.q for link in draft.links] == [0, 0, 0, pytest.approx(math.pi / 2)]
+    assert "unknown function 'fzero'" in said(draft) or "'fzero' is undefined" in said(draft)
+    assert "no start values (y0) found" in said(draft)
+    # a later complete assignment counts
+    write(folder, initials=GRIPPER_START.replace("y0 = [q; dq; 0];", f"{lines} y0 = [q; dq; 0]; y0(2) = 0.25;"))
+    assert [link.q for link in imported(folder).links] == [0, 0.25, 0, pytest.approx(math.pi / 2)]
+
+
 def test_damaged_mat_files(tmp_path):
     good = mat_file(tmp_path / "a.mat", [matrix("n", [[4]]), matrix("bt", [[0, 1]])]).read_bytes()
     for cut in range(1, len(good) - 128, 3):
