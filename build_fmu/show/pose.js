@@ -13,9 +13,10 @@ for (const link of links) {
     link.sliders = [addSlider(link.start_name, link.label || link.name, unit, [link.lower ?? start - reach, link.upper ?? start + reach], (row) => (link.column ? valueAt(link.column, row) : start))];
   }
 }
-// angles about z, x, y of a rotation, and back
+// angles about z, x, y of a rotation, and back; at +-90 deg about x only the sum or the difference of the others is determined
 function anglesOf(R) {
-  return [Math.atan2(-R[1], R[4]), Math.asin(Math.max(-1, Math.min(1, R[7]))), Math.atan2(-R[6], R[8])];
+  const a = Math.atan2(-R[1], R[4]), c = Math.cos(a), s = Math.sin(a);
+  return [a, Math.atan2(R[7], Math.hypot(R[1], R[4])), Math.atan2(c * R[2] + s * R[5], c * R[0] + s * R[3])];
 }
 function quaternionOf([a, b, c]) {
   const half = (angle, axis) => [Math.cos(angle / 2), ...[0, 1, 2].map((k) => (k === axis ? Math.sin(angle / 2) : 0))];

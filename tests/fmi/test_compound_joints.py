@@ -10,6 +10,7 @@ import pytest
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from tests.fmi.conftest import ROOT, build_fmu
 
@@ -117,6 +118,17 @@ def test_start_orientation_is_a_parameter(tmp_path):
     half = math.sqrt(0.5)
     run.put({"body.quaternion0[1]": half, "body.quaternion0[2]": 0, "body.quaternion0[3]": 0, "body.quaternion0[4]": half})
     assert run.array("body.angle", 3) == pytest.approx([math.pi / 2, 0, 0], abs=1e-15)
+
+
+@pytest.mark.parametrize("angles", [(0.3, math.pi / 2, 0.2), (0.3, -math.pi / 2, 0.2), (2.5, math.pi / 2 - 1e-9, -1.0), (3.0, 1.5, -3.0)])
+def test_the_angles_give_the_orientation_also_where_they_are_singular(tmp_path, angles):
+    """At 90 deg about x only the sum or the difference of the others is determined."""
+    run = Run(FREE_BODY, tmp_path, "body")
+    x, y, z, w = Rotation.from_euler("ZXY", angles).as_quat()
+    run.put({f"body.quaternion0[{i}]": value for i, value in enumerate((w, x, y, z), 1)})
+    run.start()
+    turn = Rotation.from_euler("ZXY", run.array("body.angle", 3)).inv() * Rotation.from_euler("ZXY", angles)
+    assert turn.magnitude() < 1e-14
 
 
 def test_the_top_keeps_its_three_integrals(tmp_path):

@@ -2,6 +2,9 @@
 
 import json
 import re
+import shutil
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +15,8 @@ from build_fmu.importers.draft import DhFrame
 from build_fmu.importers.rigid import pose_of
 from tests.packager.test_show import BALL, attribute, browse, data_of, needs_browser, needs_library
 
+NODE = shutil.which("node")
+ROOT = Path(__file__).resolve().parents[2]
 MODEL = BALL.replace("inertia = [0.1, 0.1, 0.1]\n", "inertia = [0.1, 0.1, 0.1]\nlower = -1\nupper = 1.5\nstop_stiffness = 100\n").replace(
     "qd = [1, 2, 3]\n", ""
 )
@@ -44,6 +49,18 @@ def test_sliders_put_the_links_where_the_joint_values_have_them(tmp_path):
     x, y, z, w = turn.as_quat()
     assert [float(start[f"socket.quaternion0[{k}]"]) for k in (1, 2, 3, 4)] == pytest.approx([w, x, y, z], abs=1e-5)
     assert float(start["arm.q0"]) == 1.2 and "not a result of the run" in dom
+
+
+@pytest.mark.skipif(not NODE, reason="no node")
+def test_the_angles_of_a_ball_give_its_orientation_also_where_they_are_singular():
+    angles = [(0.3, np.pi / 2, 0.2), (0.3, -np.pi / 2, 0.2), (3.0, 1.5, -3.0)]
+    turns = [Rotation.from_euler("ZXY", triple) for triple in angles]
+    script = (ROOT / "build_fmu" / "show" / "pose.js").read_text(encoding="utf-8")
+    function = script[script.index("function anglesOf") : script.index("function quaternionOf")]
+    matrices = json.dumps([turn.as_matrix().ravel().tolist() for turn in turns])
+    done = subprocess.run([NODE, "-p", f"{function} JSON.stringify({matrices}.map(anglesOf))"], capture_output=True, text=True, check=True)
+    for turn, found in zip(turns, json.loads(done.stdout), strict=True):
+        assert (Rotation.from_euler("ZXY", found).inv() * turn).magnitude() < 1e-12
 
 
 @needs_library

@@ -26,8 +26,15 @@ double quaternion_derivative(OutputDerivatives& of, const Variable& v) {
                            of.tangent().ball(v.ball).turn, v.element);
 }
 
-// ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi).
-BallAngles zxy_angles(const double* quaternion) { return angles_in_chart(rotation_of(quaternion), false); }
+// ReDySim's angles of R = Rz(phi) Rx(theta) Ry(psi). At theta = +-90 deg only the sum or the difference of
+// phi and psi is determined, so psi is that of Rz(-phi) R.
+BallAngles zxy_angles(const double* quaternion) {
+  const Mat3<double> R = rotation_of(quaternion);
+  BallAngles angles = angles_in_chart(R, false);
+  const double s = std::sin(angles.phi), c = std::cos(angles.phi);
+  angles.psi = std::atan2(c * R(0, 2) + s * R(1, 2), c * R(0, 0) + s * R(1, 0));
+  return angles;
+}
 
 double read_angle(Values& at, const Variable& v) {
   const BallAngles angles = zxy_angles(at.ball_quaternion(v.ball));
