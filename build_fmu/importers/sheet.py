@@ -63,21 +63,18 @@ def _text(path: Path) -> Sheet:
 
 
 def _workbook(path: Path) -> Sheet:
-    from openpyxl import load_workbook
-
     try:
         with ZipFile(path) as archive:
             if sum(item.file_size for item in archive.infolist()) > LARGEST:
                 raise UserError(f"'{path}' contains more than {LARGEST // 1_000_000} MB: too large for a table of a mechanism")
-        with path.open("rb") as file:
-            first, *others = load_workbook(file, read_only=True, data_only=True).worksheets
-            first.reset_dimensions()  # the file may state them wrongly
-            rows = [(line, [_text_of(value) for value in row]) for line, row in enumerate(first.iter_rows(values_only=True), 1)]
+        values, others, outdated = _first_sheet(path, formulas=False)
+        _refuse_uncomputed(path, values, _first_sheet(path, formulas=True)[0], outdated)
     except UserError:
         raise
     except Exception as error:  # a damaged archive or XML fails in many ways
         raise UserError(f"'{path}' is not a readable .xlsx workbook: {error}") from None
-    rows = [(line, cells) for line, cells in rows if any(cells) and not cells[0].startswith("#")]
+    rows = [(line, [_text_of(value) for value in row]) for line, row in enumerate(values, 1)]
+    rows = [(line, cells) for line, cells in rows if any(cells) and not _is_comment(path, line, cells[0])]
     if not rows:
         raise UserError(f"'{path}' is empty: its first sheet has no rows")
     # rows end with their last filled cell
@@ -85,8 +82,39 @@ def _workbook(path: Path) -> Sheet:
     if width > MOST_COLUMNS:
         raise UserError(f"'{path}' has more than {MOST_COLUMNS} columns")
     rows = [(line, cells + [""] * (width - len(cells))) for line, cells in rows]
-    names = ", ".join(sheet.title for sheet in others)
-    return Sheet(rows, True, f"the sheets {names}: only the first sheet is read" if others else "")
+    return Sheet(rows, True, f"the sheets {', '.join(others)}: only the first sheet is read" if others else "")
+
+
+def _first_sheet(path: Path, formulas: bool) -> tuple[list[tuple], list[str], bool]:
+    """Returns the rows, with formulas or their values, the names of the other sheets, and whether the values are to be computed."""
+    from openpyxl import load_workbook
+
+    with path.open("rb") as file:
+        book = load_workbook(file, read_only=True, data_only=not formulas)
+        first, *others = book.worksheets
+        first.reset_dimensions()  # the file may state them wrongly
+        rows = list(first.iter_rows(values_only=True))
+        return rows, [sheet.title for sheet in others], bool(book.calculation and book.calculation.fullCalcOnLoad)
+
+
+def _refuse_uncomputed(path: Path, values: list[tuple], written: list[tuple], outdated: bool) -> None:
+    """Raises UserError if formulas have no values, as in workbooks that a program wrote; single blank results are valid."""
+    formulas = [
+        (line, value)
+        for line, row in enumerate(zip(values, written, strict=True), 1)
+        for value, cell in zip(*row, strict=True)
+        if cell != value
+    ]
+    if formulas and (outdated or all(value is None for _, value in formulas)):
+        raise UserError(f"{path}:{formulas[0][0]}: a formula without a computed value: save the workbook with a spreadsheet program")
+
+
+def _is_comment(path: Path, line: int, cell: str) -> bool:
+    from openpyxl.cell.cell import ERROR_CODES
+
+    if cell in ERROR_CODES:
+        raise UserError(f"{path}:{line}: the first cell contains the error {cell}")
+    return cell.startswith("#")
 
 
 def _text_of(value: object) -> str:
