@@ -11,7 +11,7 @@ from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 from types import ModuleType
 
-from build_fmu.errors import InvalidArgument, UserError
+from build_fmu.errors import InvalidArgument, UserError, did_you_mean
 
 
 def places_of(package: str, folder: Path) -> list[Path]:
@@ -32,21 +32,40 @@ def expanded(path: Path, arguments: Sequence[str]) -> bytes:
             f"'{path}' contains xacro macros: install the package xacro (pip install 'build-fmu[xacro]'), "
             f"or run `xacro {path.name} > robot.urdf` and import the result"
         ) from None
-    values = {}
+    values = _Arguments()
     for text in arguments:
         name, equals, value = text.partition("=")
         if not equals or not name.strip(":"):
             raise InvalidArgument(f"--arg: '{text}' must be NAME=VALUE")
         values[name.removesuffix(":")] = value
     missing: list[str] = []
+    given = set(values)
     try:
         with _finds_packages(path.resolve().parent, missing), redirect_stderr(io.StringIO()):
-            return xacro.process_file(str(path), mappings=values).toprettyxml(indent=" ", encoding="utf-8")
+            text = xacro.process_file(str(path), mappings=values).toprettyxml(indent=" ", encoding="utf-8")
     except (Exception, SystemExit) as error:  # xacro raises exceptions of many kinds
         why = " ".join((str(error) or type(error).__name__).split())
         if missing:
             why = f"package '{missing[0]}' is not found above '{path}', in ROS_PACKAGE_PATH or in AMENT_PREFIX_PATH"
         raise UserError(f"'{path}' cannot be expanded by xacro: {why}") from None
+    for name in given - values.read:
+        raise UserError(f"--arg {name}: '{path}' has no argument of this name{did_you_mean(name, values.read)}")
+    return text
+
+
+class _Arguments(dict):
+    """The arguments of a xacro file, and the names that it reads; xacro adds defaults."""
+
+    def __init__(self) -> None:
+        self.read: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.read.add(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.read.add(name)
+        return super().__getitem__(name)
 
 
 @contextmanager

@@ -40,6 +40,8 @@ def test_macros_arguments_and_packages(arm):
     assert draft.links[1].dh.a == pytest.approx(0.8)
     assert urdf.read(arm, import_options()).links[1].dh.a == pytest.approx(0.5)
     assert "ament_index_python" not in sys.modules
+    with pytest.raises(UserError, match="--arg lenght: .* has no argument of this name; did you mean 'length'"):
+        urdf.read(arm, import_options(arg=["lenght=0.8"]))
 
 
 def test_errors_of_xacro_are_one_sentence(arm):
@@ -81,12 +83,16 @@ def test_the_expansion_is_what_is_read(arm, monkeypatch):
 
     def process_file(path, mappings):
         seen.update(path=path, mappings=mappings)
+        assert mappings["a"] == "1" and "other" not in mappings
+        seen["with_b"] = "b" in mappings
         return xml.dom.minidom.parseString(text)
 
     monkeypatch.setitem(sys.modules, "xacro", SimpleNamespace(process_file=process_file))
     with pytest.raises(UserError, match=r"arm\.xacro \(expanded\):\d+: joint 'j': unknown type 'hinge'"):
         urdf.read(arm, import_options(arg=["a=1", "b:=x=2"]))
-    assert seen == {"path": str(arm), "mappings": {"a": "1", "b": "x=2"}}
+    assert seen == {"path": str(arm), "mappings": {"a": "1", "b": "x=2"}, "with_b": True}
+    with pytest.raises(UserError, match="--arg a_: .* has no argument of this name; did you mean 'a'"):
+        urdf.read(arm, import_options(arg=["a=1", "a_=2"]))
     with pytest.raises(UserError, match="--arg: 'a' must be NAME=VALUE"):
         urdf.read(arm, import_options(arg=["a"]))
 
