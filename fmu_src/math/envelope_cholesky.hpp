@@ -26,6 +26,7 @@ class EnvelopeCholesky {
   static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction
   static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
   static constexpr double unexplained = 1e-11;  // maximum relative remainder due to rounding
+  static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
   static constexpr int largest_reordered = 64;  // rows
 
   // `may_reorder`: allocates a second factor for reorder(), for at most `largest_reordered` rows.
@@ -67,6 +68,13 @@ class EnvelopeCholesky {
   // rows: those of find_dependent().
   void factor_product(Scalar* B, int columns);
 
+  // Marks the rows omitted by the last factor_product() that find_dependent() shall keep until the next
+  // factor(): those that b needs by more than the passage of a singular configuration, rounding and the
+  // residuals explain (docs/derivations/loops.md, (8)). squared_bound: of the levers of each row;
+  // squared_spin: of the angular velocities. Returns whether there is a new one.
+  [[gnu::cold, gnu::noinline]] bool mark_needed(const Scalar* b, const Scalar* residual,
+                                                const Scalar* squared_bound, double squared_spin);
+
   // Solves S x = b in the least-squares sense. x has minimum norm, with each row in units of its scale. x and
   // b may be the same array.
   void solve(const Scalar* b, Scalar* x);
@@ -101,7 +109,7 @@ class EnvelopeCholesky {
   std::vector<Scalar> S_;       // S, then L
   std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed on first use if rank deficient
   std::vector<Scalar> weight_;  // W: reciprocal scale of each row
-  std::vector<char> skipped_;
+  std::vector<char> skipped_, needed_;
   std::vector<Scalar> work_, along_, left_;
   int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
@@ -124,6 +132,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
   S_.assign(begin, Scalar(0));
   for (auto& gram : G_) gram.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
+  needed_ = skipped_;
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
   if (!may_reorder || size() > largest_reordered) return;
@@ -157,6 +166,7 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
       entry(i, j) = sum / entry(j, j);
       pivot -= entry(i, j) * entry(i, j);
     }
+    needed_[i] = false;
     doubtful_ = doubtful_ || (pivot > rounding * scale[i] && pivot < small_pivot * scale[i]);
     skipped_[i] = !(pivot > pivot_tolerance * scale[i]);
     entry(i, i) = skipped_[i] ? Scalar(0) : Scalar(sqrt(pivot));
@@ -276,13 +286,14 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(own, columns);
+    const double least = needed_[i] ? least_sine : sine_tolerance;
     skipped_[i] = true;
     if (!(whole > Scalar(0))) continue;
     // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
     // a small row would have inaccurate components along other rows
-    if (!exceeds(row, own, columns, sine_tolerance)) {
+    if (!exceeds(row, own, columns, least)) {
       any_unexplained = any_unexplained || exceeds(row, own, columns, unexplained);
       continue;
     }
@@ -298,7 +309,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
       });
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
       // the product of two rows is at most the product of their lengths
-      if (abs(row[k]) > sine_tolerance * length)
+      if (abs(row[k]) > least * length)
         skipped_[i] = !(abs(row[k]) > lost * (own[k] + squared_entries)) && is_lost(J, bound, columns, i, k);
     }
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
@@ -319,6 +330,7 @@ bool EnvelopeCholesky<Scalar>::reorder() {
     for (int row = 0; row < size(); ++row) {
       if (bool(skipped_[row]) != dependent) continue;
       reordered_[0].weight_[next] = weight_[row];
+      reordered_[0].needed_[next] = needed_[row];
       position_[row] = next++;
     }
   return true;
@@ -351,11 +363,47 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
     orthogonalize(B, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { entry(i, j) += part; });
     const Scalar length = row_length(row, columns);
+    left_[i] = length * length;
     if (!(length > lost * whole)) skipped_[i] = true;
     entry(i, i) = skipped_[i] ? Scalar(0) : length;
     scale_row(row, columns, skipped_[i] ? Scalar(0) : Scalar(Scalar(1) / length));
     rank_ += skipped_[i] ? 0 : 1;
   }
+}
+
+template <class Scalar>
+bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residual,
+                                           const Scalar* squared_bound, double squared_spin) {
+  constexpr double passage = 1e3, least = 1e-28, violation = 1e-2;
+  EnvelopeCholesky& L = reordered_now_ ? reordered_[0] : *this;
+  double squared = 0;  // length of L^-1 b without the rows that may be close to a singular configuration
+  bool any = false;
+  for (int i = 0; i < size(); ++i) {
+    int row = i;
+    for (int k = 0; k < size() && reordered_now_; ++k)
+      if (position_[k] == i) row = k;
+    const double whole = value_of(b[row]), weight = value_of(L.weight_[i]),
+                 pivot = value_of(L.left_[i]) * weight, bound = value_of(squared_bound[row]),
+                 gap = value_of(residual[row]);
+    double left = whole, regular = whole;
+    for (int j = L.first_[i]; j < i; ++j) {
+      left -= value_of(L.entry(i, j)) * value_of(L.work_[j]);
+      regular -= value_of(L.entry(i, j)) * value_of(L.along_[j]);
+    }
+    L.work_[i] = L.along_[i] = 0;
+    if (L.skipped_[i]) {
+      const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight;
+      const bool now = !needed_[row] && part * part > size * (passage * pivot * pivot * pivot + least +
+                                                              violation * gap * gap / bound);
+      if (now) needed_[row] = L.needed_[i] = any = true;
+      continue;
+    }
+    L.work_[i] = left / value_of(L.entry(i, i));
+    if (pivot < small_pivot) continue;
+    L.along_[i] = regular / value_of(L.entry(i, i));
+    squared += value_of(L.along_[i]) * value_of(L.along_[i]);
+  }
+  return any;
 }
 
 // Sets the lower envelope of G = L^T W L; W = 1 if not weighted.
@@ -442,7 +490,7 @@ void EnvelopeCholesky<Scalar>::backward(const std::vector<Scalar>& L, Scalar* x)
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
-  if (rank_ < size()) return solve_dependent(b, x);
+  if (rank_ < size() || reordered_now_) return solve_dependent(b, x);
   if (x != b)
     for (int i = 0; i < size(); ++i) x[i] = b[i];
   forward(S_, x);
@@ -453,7 +501,7 @@ void EnvelopeCholesky<Scalar>::solve(const Scalar* b, Scalar* x) {
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
   if (reordered_now_)
-    return in_new_order(b, x, [](EnvelopeCholesky& S, Scalar* values) { S.solve_dependent(values, values); });
+    return in_new_order(b, x, [](EnvelopeCholesky& S, Scalar* values) { S.solve(values, values); });
   // c = (L^T W L)^-1 L^T W b, with one step of iterative refinement
   for (int i = 0; i < size(); ++i) {
     along_[i] = Scalar(0);

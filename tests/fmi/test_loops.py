@@ -187,6 +187,42 @@ def test_slider_crank_passes_its_singular_position_straight(fmu, method, rtol):
         assert abs(slave.get("energy.balance")) < 1e-6
 
 
+def rhombus(gap: float, size: float) -> str:
+    """Equal bars A, B, C on a base longer by `gap`, parallel at the start: the flat configuration is missed by `gap`."""
+
+    def bar(name: str, parent: str, a: float, q: float, mass: float) -> str:
+        return f"""
+[[link]]
+name = "{name}"
+parent = "{parent}"
+{"alpha = 1.5707963267948966" if parent == "ground" else ""}
+{"hold = true" if name == "A" else ""}
+a = {a * size!r}
+q = {q}
+mass = {mass}
+com = [{0.5 * size!r}, 0, 0]
+inertia = {[mass * size**2 * share for share in (0.001, 0.08, 0.08)]}
+"""
+
+    bars = bar("A", "ground", 0, 0.5, 1) + bar("B", "A", 1, -0.1, 0.2) + bar("C", "ground", 1 + gap, 0.4, 1)
+    tip = f"[{size!r}, 0, 0]"
+    loop = f'[[loop]]\nname = "tip"\ntype = "revolute"\nlink_a = "B"\nlink_b = "C"\npoint_a = {tip}\npoint_b = {tip}\n'
+    return f'name = "rhombus"\ngravity = [0, 0, {-9.81 * size!r}]\n{bars}{loop}[fmu]\noutputs = ["energy"]\n'
+
+
+@pytest.mark.parametrize("method", ["erk", "adams", "exponential", "auto"])
+@pytest.mark.parametrize("gap, size", [(3e-10, 1), (7e-10, 1), (7e-10, 1e-6), (7e-10, 1e3), (2e-9, 1)])
+def test_bars_that_miss_their_flat_configuration_turn_to_the_other_branch(built, method, gap, size):
+    with Slave(built(rhombus(gap, size))) as slave:
+        slave.initialize(start={"solver.rtol": 1e-6, "solver.atol": 1e-8, "solver.method": method})
+        record = run(slave, 1.2, 0.02)
+        assert np.abs(record["balance"]).max() < 2e-5 * record["kinetic"].max()
+        # A stays on the base, B and C swing together: the tip of A closes the rhombus to first order in the gap
+        a, c = slave.get("A.q"), slave.get("C.q")
+        assert abs(c - 1.099) < 1e-3
+        assert abs(a * tan(c) / gap - 1) < 1e-4
+
+
 def test_four_bar_stays_closed_for_100_s(fmu):
     with Slave(fmu("four_bar")) as slave:
         slave.initialize(start=TIGHT)

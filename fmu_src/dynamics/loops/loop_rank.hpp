@@ -181,9 +181,15 @@ template <class Scalar>
     set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
     return S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
   };
-  if (find_dependent() && S.reorder()) find_dependent();
-  set_weighted_levers(plan, ws, cluster, S, B);
-  S.factor_product(B.data(), columns);
+  double squared_spin = 0;
+  for (const int i : cluster.joints)
+    squared_spin = std::max(squared_spin, value_of(ws.joints[i].omega.squaredNorm()));
+  const int first = cluster.first_row;
+  do {
+    if (find_dependent() && S.reorder()) find_dependent();
+    set_weighted_levers(plan, ws, cluster, S, B);
+    S.factor_product(B.data(), columns);
+  } while (S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first], squared_spin));
   state.uses_Q[cluster_index] = true;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <numeric>
 
 #include "support/allocation_count.hpp"
@@ -141,6 +142,37 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
   S.solve(x, x);
   EXPECT_NEAR(x[0], s, 1e-9);
   EXPECT_NEAR(x[1], -c, 1e-9);
+}
+
+// Rows at an angle of 1e-5. The second one is omitted if b misses it by 1e-5, as in the passage of a singular
+// configuration, or if the constraint is violated by more than the passage leaves.
+TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
+  constexpr double sine = 1e-5, tolerance = 1e-9;
+  const struct {
+    double missing, violation;
+    bool dependent;
+  } cases[] = {{sine, 0, true}, {1, 0, false}, {1, 1e-6, true}};
+  for (const auto& [missing, violation, dependent] : cases) {
+    EnvelopeCholesky<double> S({0, 0});
+    S.set_zero();
+    S.entry(0, 0) = S.entry(1, 0) = 1;
+    S.entry(1, 1) = 1 + sine * sine;
+    const double scale[] = {1, 1}, b[] = {1, 1 + missing}, residual[] = {0, violation}, squared[] = {1, 1};
+    S.factor(scale, tolerance);
+    EXPECT_EQ(S.rank(), 1);
+    const auto factor = [&S] {
+      double J[] = {1, 0, 1, sine}, bound[] = {1, 1, 1, 1}, B[] = {1, 0, 1, sine};
+      if (S.find_dependent(J, bound, 2, std::sqrt(tolerance)) && S.reorder())
+        S.find_dependent(J, bound, 2, std::sqrt(tolerance));
+      S.factor_product(B, 2);
+    };
+    factor();
+    EXPECT_TRUE(S.dependent(1));
+    EXPECT_EQ(S.mark_needed(b, residual, squared, 1), !dependent);
+    factor();
+    EXPECT_FALSE(S.mark_needed(b, residual, squared, 1));
+    EXPECT_EQ(S.dependent(1), dependent);
+  }
 }
 
 // A lever of 1e-3 that nothing else explains beside one of 1e3, and a row of rounding where levers of 1 could
