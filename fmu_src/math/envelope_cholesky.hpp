@@ -88,6 +88,7 @@ class EnvelopeCholesky {
   const std::vector<Scalar>& along() const { return reordered_now_ ? reordered_[0].along_ : along_; }
 
  private:
+  double tolerance_of(int row, double usual) const { return needed_[row] ? least_sine : usual; }
   bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
   template <class Operation>
   [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
@@ -286,7 +287,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
     const Scalar whole = row_length(own, columns);
-    const double least = needed_[i] ? least_sine : sine_tolerance;
+    const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
     if (!(whole > Scalar(0))) continue;
     // normalizes the row: its entries are at most one

@@ -50,7 +50,9 @@ def test_faces_with_more_corners_are_listed(tmp_path):
     assert line.startswith(f"{tmp_path / 'robot.xml'}:3: mass and inertia of the mesh may differ") and line.endswith("(2 x)")
 
 
-@pytest.mark.parametrize(("statements", "mass"), [(("o a", "o b"), 1000 / 6), (("g a", "g b"), 1000 / 6), (("", "usemtl b"), 4653.775140259422)])
+@pytest.mark.parametrize(
+    ("statements", "mass"), [(("o a", "o b"), 1000 / 6), (("g a", "g b"), 1000 / 6), (("", "usemtl b"), 4653.775140259422)]
+)
 @pytest.mark.parametrize("inertia", ["legacy", "exact"])
 def test_the_first_object_counts(tmp_path, statements, mass, inertia):
     """body_mass of MuJoCo 4.0.0 for tetrahedra of edges 1 and 2."""
