@@ -83,6 +83,12 @@ def blocks(folder: Path) -> dict[str, str]:
     return found
 
 
+def with_old_rows(new: str, old: str) -> str:
+    """Returns the new table with the old rows of the targets that this run did not measure."""
+    rows = {line.rsplit("|", 3)[0]: line for line in old.splitlines() if line.startswith("|")}
+    return "\n".join(rows.get(line.rsplit("|", 3)[0], line) if "| not measured |" in line else line for line in new.splitlines()) + "\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--docs", action="store_true", help="also write to docs/")
@@ -92,7 +98,7 @@ def main() -> None:
     found = blocks(options.figures)
 
     def fresh(match: re.Match[str]) -> str:
-        return f"{match[1]}\n{found[match[2]]}\n{match[3]}" if match[2] in found else match[0]
+        return f"{match[1]}\n{with_old_rows(found[match[2]], match[0])}\n{match[3]}" if match[2] in found else match[0]
 
     past, new = read(ROOT / "docs" / history.FILE), history.entry(read(options.figures / "figures.txt"), read(options.figures / "core.txt"))
     if new:
