@@ -69,11 +69,11 @@ class EnvelopeCholesky {
   void factor_product(Scalar* B, int columns);
 
   // Marks the rows omitted by the last factor_product() that find_dependent() shall keep until the next
-  // factor(): those that b needs by more than the passage of a singular configuration and rounding
-  // explain (docs/derivations/loops.md, (8)). squared_bound: of the levers of each row;
+  // factor(): those that b needs by more than the passage of a singular configuration, rounding and the
+  // residuals explain (docs/derivations/loops.md, (8)). squared_bound: of the levers of each row;
   // squared_spin: of the angular velocities. Returns whether there is a new one.
-  [[gnu::cold, gnu::noinline]] bool mark_needed(const Scalar* b, const Scalar* squared_bound,
-                                                double squared_spin);
+  [[gnu::cold, gnu::noinline]] bool mark_needed(const Scalar* b, const Scalar* residual,
+                                                const Scalar* squared_bound, double squared_spin);
 
   // Solves S x = b in the least-squares sense. x has minimum norm, with each row in units of its scale. x and
   // b may be the same array.
@@ -373,9 +373,9 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
 }
 
 template <class Scalar>
-bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* squared_bound,
-                                           double squared_spin) {
-  constexpr double passage = 1e3, least = 1e-28;
+bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residual,
+                                           const Scalar* squared_bound, double squared_spin) {
+  constexpr double passage = 1e3, least = 1e-28, violation = 1e-2;
   EnvelopeCholesky& L = reordered_now_ ? reordered_[0] : *this;
   double squared = 0;  // length of L^-1 b without the rows that may be close to a singular configuration
   bool any = false;
@@ -384,7 +384,8 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* square
     for (int k = 0; k < size() && reordered_now_; ++k)
       if (position_[k] == i) row = k;
     const double whole = value_of(b[row]), weight = value_of(L.weight_[i]),
-                 pivot = value_of(L.left_[i]) * weight, bound = value_of(squared_bound[row]);
+                 pivot = value_of(L.left_[i]) * weight, bound = value_of(squared_bound[row]),
+                 gap = value_of(residual[row]);
     double left = whole, regular = whole;
     for (int j = L.first_[i]; j < i; ++j) {
       left -= value_of(L.entry(i, j)) * value_of(L.work_[j]);
@@ -393,7 +394,8 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* square
     L.work_[i] = L.along_[i] = 0;
     if (L.skipped_[i]) {
       const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight;
-      const bool now = !needed_[row] && part * part > size * (passage * pivot * pivot * pivot + least);
+      const bool now = !needed_[row] && part * part > size * (passage * pivot * pivot * pivot + least +
+                                                              violation * gap * gap / bound);
       if (now) needed_[row] = L.needed_[i] = any = true;
       continue;
     }

@@ -189,7 +189,8 @@ template <class Scalar>
     if (find_dependent() && S.reorder()) find_dependent();
     set_weighted_levers(plan, ws, cluster, S, B);
     S.factor_product(B.data(), columns);
-  } while (S.mark_needed(&state.b[first], &state.squared_bound[0][first], squared_spin));
+  } while (
+      S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first], squared_spin));
   state.uses_Q[cluster_index] = true;
 }
 

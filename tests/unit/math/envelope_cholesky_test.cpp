@@ -149,15 +149,15 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
 TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
   constexpr double sine = 1e-5, tolerance = 1e-9;
   const struct {
-    double missing;
+    double missing, violation;
     bool dependent;
-  } cases[] = {{sine, true}, {1, false}};
-  for (const auto& [missing, dependent] : cases) {
+  } cases[] = {{sine, 0, true}, {1, 0, false}, {1, 1e-6, true}};
+  for (const auto& [missing, violation, dependent] : cases) {
     EnvelopeCholesky<double> S({0, 0});
     S.set_zero();
     S.entry(0, 0) = S.entry(1, 0) = 1;
     S.entry(1, 1) = 1 + sine * sine;
-    const double scale[] = {1, 1}, b[] = {1, 1 + missing}, squared[] = {1, 1};
+    const double scale[] = {1, 1}, b[] = {1, 1 + missing}, residual[] = {0, violation}, squared[] = {1, 1};
     S.factor(scale, tolerance);
     EXPECT_EQ(S.rank(), 1);
     const auto factor = [&S] {
@@ -168,9 +168,9 @@ TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
     };
     factor();
     EXPECT_TRUE(S.dependent(1));
-    EXPECT_EQ(S.mark_needed(b, squared, 1), !dependent);
+    EXPECT_EQ(S.mark_needed(b, residual, squared, 1), !dependent);
     factor();
-    EXPECT_FALSE(S.mark_needed(b, squared, 1));
+    EXPECT_FALSE(S.mark_needed(b, residual, squared, 1));
     EXPECT_EQ(S.dependent(1), dependent);
     double x[2];
     S.solve(b, x);
