@@ -85,8 +85,12 @@ def blocks(folder: Path) -> dict[str, str]:
 
 def with_old_rows(new: str, old: str) -> str:
     """Returns the new table with the old rows of the targets that this run did not measure."""
-    rows = {line.rsplit("|", 3)[0]: line for line in old.splitlines() if line.startswith("|")}
-    return "\n".join(rows.get(line.rsplit("|", 3)[0], line) if "| not measured |" in line else line for line in new.splitlines()) + "\n"
+
+    def target(row: str) -> str:
+        return row.rsplit("|", 3)[0]
+
+    rows = {target(line): line for line in old.splitlines() if line.startswith("|")}
+    return "\n".join(rows.get(target(line), line) if "| not measured |" in line else line for line in new.splitlines()) + "\n"
 
 
 def main() -> None:

@@ -48,8 +48,8 @@ def expanded(path: Path, arguments: Sequence[str]) -> bytes:
         if missing:
             why = f"package '{missing[0]}' is not found above '{path}', in ROS_PACKAGE_PATH or in AMENT_PREFIX_PATH"
         raise UserError(f"'{path}' cannot be expanded by xacro: {why}") from None
-    for name in given - values.read:
-        raise UserError(f"--arg {name}: '{path}' has no argument of this name{did_you_mean(name, values.read)}")
+    if unknown := sorted(given - values.read):
+        raise UserError(f"--arg {unknown[0]}: '{path}' has no argument of this name{did_you_mean(unknown[0], values.read)}")
     return text
 
 
