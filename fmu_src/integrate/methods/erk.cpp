@@ -121,7 +121,7 @@ void Erk::choose_table(double remaining) {
   double factor;
   choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
                   slope_known_ ? 0 : 1 - projected, lower_.last + projected, expects_hold_, corners,
-                  smooth_for, affordable()},
+                  corners && has_only_stops(system_), smooth_for, affordable()},
                  factor);
   farthest_ = end_;
   if (expects_hold_ && takes_eighth())

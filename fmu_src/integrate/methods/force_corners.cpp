@@ -100,6 +100,12 @@ bool has_corners(const System& system) {
   return found;
 }
 
+bool has_only_stops(const System& system) {
+  bool found = !has_backlash(system);
+  for (const JointPlan<double>& joint : system.plan().joints) found = found && !joint.has_friction;
+  return found;
+}
+
 double time_to_corner(const System& system, const double* y, const double* slope) {
   double earliest = never;
   for (int i = 0; i < system.simple(); ++i) {

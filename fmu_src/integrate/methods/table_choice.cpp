@@ -51,7 +51,8 @@ void TableChoice::decide(const Situation& now, double& factor) {
                        : Tuning::eighth_stages * StepControl::parts_of(now.remaining, eighth_step);
   const double in_favour = eighth_ != 0 ? Tuning::hysteresis : 1 / Tuning::hysteresis;
   const bool is_short = now.remaining < Tuning::short_of_corners * std::min(fifth_step, now.smooth_for);
-  const bool better = (is_short || is_tight_ || !now.has_corners) &&
+  const bool is_far = now.has_only_stops && now.smooth_for > Tuning::far_from_stops * eighth_step;
+  const bool better = (is_short || is_far || is_tight_ || !now.has_corners) &&
                       now.affordable >= Tuning::eighth_stages &&
                       eighth_cost <= Tuning::accuracy_worth * in_favour * fifth_cost;
   if (better == eighth()) return;

@@ -25,9 +25,9 @@ class TableChoice {
     double first_slope;         // right-hand sides for the first slope, lower order
     double slopes_a_step;       // right-hand sides of a step, lower order
     bool may_pass_end = false;  // order 8 may pass the end of the advance in its last step
-    // Corners of forces. Order 8 is then used for intervals much shorter than its steps and for tight
-    // tolerances.
-    bool has_corners = false;
+    // Corners of forces. Order 8 is then used for intervals much shorter than its steps, for tight tolerances
+    // and, if only stops have corners, far from them.
+    bool has_corners = false, has_only_stops = false;
     double smooth_for = std::numeric_limits<double>::infinity();  // until the next corner, s
     double affordable = std::numeric_limits<double>::infinity();  // right-hand sides left
   };

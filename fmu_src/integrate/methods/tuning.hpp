@@ -109,8 +109,9 @@ struct Tuning {
 
   static constexpr double third_order_rtol = 5e-3;  // above it order 3 has the minimum cost
   // If forces have corners and the tolerance is above corners_rtol: order 8 only for a remaining interval of
-  // at most short_of_corners steps of order 5 (its longer steps are rejected more often at an impact).
-  static constexpr double corners_rtol = 1e-9, short_of_corners = 0.5;
+  // at most short_of_corners steps of order 5 (its longer steps are rejected more often at an impact), or
+  // with the next stop more than far_from_stops of its steps away.
+  static constexpr double corners_rtol = 1e-9, short_of_corners = 0.5, far_from_stops = 10;
   static constexpr double share_of_gap = 0.8;  // part of the time to a corner that a step of order 8 may take
   // For a step with a corner: the error estimate is multiplied by doubt_of_corner, since it may be small by
   // chance. A step that ends beyond the advance is halved (error_of_corner).

@@ -57,6 +57,24 @@ TEST(TableChoice, returns_where_longer_steps_do_not_come_true) {
   EXPECT_LT(factor, 1);
 }
 
+TEST(TableChoice, near_corners_only_tight_tolerances_take_order_eight) {
+  const auto is_eighth = [](double rtol, bool has_only_stops, double smooth_for) {
+    TableChoice choice(rtol);
+    TableChoice::Situation now = open_tree(1, 1e-2, 1);
+    now.has_corners = true;
+    now.has_only_stops = has_only_stops;
+    now.smooth_for = smooth_for;
+    factor_of(choice, now);
+    return choice.eighth();
+  };
+  for (double smooth_for : {1e-2, 1.0, no_limit}) {
+    EXPECT_TRUE(is_eighth(1e-10, false, smooth_for));
+    EXPECT_FALSE(is_eighth(1e-8, false, smooth_for));
+  }
+  EXPECT_FALSE(is_eighth(1e-8, true, 0.1));
+  EXPECT_TRUE(is_eighth(1e-8, true, 1));  // about 30 steps of order 8
+}
+
 TEST(TableChoice, waits_while_the_step_grows) {
   TableChoice choice(1e-8);
   double factor = 0;
