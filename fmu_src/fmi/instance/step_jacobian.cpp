@@ -32,15 +32,15 @@ StepJacobian::StepJacobian(Simulation& simulation)
     if (is_differentiable_tunable(variable)) knowns_.push_back(&variable);
 }
 
-void StepJacobian::begin_step(const ParameterSet& parameters) {
-  const bool are_new = parameters.changed() || step_.empty();
+void StepJacobian::begin_step(const ParameterSet& given) {
+  const bool are_new = given.changed() || step_.empty();
   const double* y = simulation_.integrator->state();
   const std::vector<double>& held = simulation_.system.inputs();
   step_.resize(first_input());
   step_[0] = step_[1] = simulation_.time;
   for (std::size_t end = 0; end < 2; ++end) std::copy_n(y, size(), &step_[2 + end * size()]);
   if (are_new) {
-    const std::vector<double> values = parameters.values();
+    const std::vector<double> values = given.values();
     std::copy(values.begin(), values.end(), step_.begin() + static_cast<std::ptrdiff_t>(first_parameter()));
     set_parameters();
   }

@@ -25,7 +25,7 @@ class StepJacobian {
     return model.fmu.shows(OutputGroup::step_jacobian) || model.fmu.shows(OutputGroup::parameter_jacobian);
   }
 
-  void begin_step(const ParameterSet& parameters);
+  void begin_step(const ParameterSet& given);
   void end_step(bool ok);
   void forget();  // there is no last step: its derivative is the identity
   // `with_knowns`: including the derivatives by inputs and parameters.

@@ -174,7 +174,9 @@ TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
     EXPECT_EQ(S.dependent(1), dependent);
     double x[2];
     S.solve(b, x);
-    if (!dependent) EXPECT_NEAR(x[1] * sine * sine, missing, 1e-6);
+    if (!dependent) {
+      EXPECT_NEAR(x[1] * sine * sine, missing, 1e-6);
+    }
   }
 }
 
