@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from build_fmu import __version__
 from build_fmu.cli import build, check, completion, equilibrium, identify, import_model, linearise, modes, report, show, simulate, stress
 from build_fmu.cli.parser import Parser
-from build_fmu.cli.streams import emit, standard_streams
+from build_fmu.cli.streams import emit, open_closed_streams, standard_streams
 from build_fmu.cli.termination import cleaned_up_at_sigterm
 from build_fmu.errors import InvalidArgument, UserError
 
@@ -18,6 +18,7 @@ COMMANDS = (build, import_model, check, simulate, linearise, modes, equilibrium,
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns the exit code."""
+    open_closed_streams()
     parser = parser_of_commands()
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete

@@ -10,7 +10,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -32,6 +32,16 @@ def add_options(command: argparse.ArgumentParser, reports: bool) -> None:
     command.add_argument("-q", "--quiet", action="store_true", help="print errors only")
     if reports:
         command.add_argument("--json", action="store_true", help="print the results as one JSON object")
+
+
+def open_closed_streams() -> None:
+    """Replaces standard streams that the caller has closed (`>&-`) by the null device."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(descriptor)
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))
 
 
 @contextmanager
@@ -71,10 +81,9 @@ def _has_stream(options: argparse.Namespace) -> bool:
 
 
 def _files(options: argparse.Namespace, folder: Path) -> dict[str, str]:
-    """Replaces `-` in the options by files in the folder, which has links to the files of the current one; returns their shown names."""
+    """Replaces `-` in the options by files in a folder like the current one; returns their shown names."""
     names = {}
-    for entry in os.scandir("."):
-        (folder / entry.name).symlink_to(Path(entry.path).absolute())
+    folder = _linked(folder)
     for key in READ:
         value = getattr(options, key, None)
         if value == STREAM or (isinstance(value, list) and STREAM in value):
@@ -92,7 +101,20 @@ def _files(options: argparse.Namespace, folder: Path) -> dict[str, str]:
         file.unlink(missing_ok=True)
         setattr(options, key, file)
         names[str(file)] = "<stdout>"
-    return names
+    return {**names, f"{folder}{os.sep}": ""}
+
+
+def _linked(folder: Path) -> Path:
+    """Copies the current folder and those above it as folders of links, with short names; returns the copy of the current one."""
+    here = Path.cwd()
+    for original in [*reversed(here.parents), here]:
+        folder /= "_"
+        folder.mkdir()
+        with suppress(OSError):  # a folder that cannot be listed
+            for entry in os.scandir(original):
+                if entry.name != "_":
+                    (folder / entry.name).symlink_to(original / entry.name)
+    return folder
 
 
 def _ending(data: bytes) -> str:

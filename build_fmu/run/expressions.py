@@ -65,7 +65,7 @@ def compile_expression(text: str) -> Expression:
         try:
             result = eval(code, names, {"t": t})  # checked nodes only, no builtins
         except (ArithmeticError, ValueError, TypeError) as error:
-            raise UserError(f"'{text}' has no value at t = {t:g} s: {error}") from None
+            raise UserError(f"'{text}' has no value at t = {t:g} s: {error.args[-1]}") from None
         if isinstance(result, complex) or not math.isfinite(result):
             raise UserError(f"'{text}' has no finite real value at t = {t:g} s")
         return float(result)

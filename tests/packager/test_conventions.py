@@ -176,6 +176,28 @@ def test_files_beside_a_model_from_stdin_are_found(built_library, here):
     )
     done = piped("check", "-", data=model, cwd=here)
     assert done.returncode == 0, done.stderr.decode()
+    below = here / "a" / "b"
+    below.mkdir(parents=True)
+    (here / "block.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    block = (
+        '<robot name="block"><link name="block"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<visual><geometry><mesh filename="FILE"/></geometry></visual></link></robot>'
+    )
+    done = piped("import", "-", "-o", "-", "--floating", data=block.replace("FILE", "../../block.obj").encode(), cwd=below)
+    assert b'file = "../../block.obj"' in done.stdout and done.returncode == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a POSIX shell")
+def test_closed_streams_are_empty(built_library, here):
+    program = f"'{sys.executable}' -m build_fmu"
+    for arguments, code in (
+        (f"check '{PENDULUM}' >&-", 0),
+        (f"check '{PENDULUM}' >&- 2>&-", 0),
+        ("check - <&-", 1),
+        ("check - <&- >&- 2>&-", 1),
+    ):
+        done = subprocess.run(["sh", "-c", f"{program} {arguments}"], capture_output=True, text=True, check=False, cwd=here)
+        assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,7 @@ def test_default_experiment_may_be_absent():
         (["joint1.tau"], "is not an input: write"),
         (["joint1.tau="], "is not an input: write"),
         (["joint1.tau=1/(t-t)"], "input 'joint1.tau': .* has no value at t = 0 s"),
+        (["joint1.tau=(t+9)**9e9"], "input 'joint1.tau': .* has no value at t = 0 s: Numerical result out of range$"),
         (["joint1.tau=2*x"], r"^input 'joint1\.tau': '2\*x': unknown name 'x'"),
         (["joint1.tau=missing.csv"], "cannot read 'missing.csv'"),
         (["inputs.mat"], "^'inputs.mat' is not a CSV file: tables of inputs are read from CSV only$"),
