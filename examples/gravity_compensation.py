@@ -56,6 +56,7 @@ def run(compensated: bool) -> list[float]:
 
 
 if __name__ == "__main__":
+    missed = {name: run(compensated) for name, compensated in (("PD alone", False), ("with compensation", True))}
     print("error after 2 s [rad]   " + " ".join(f"{joint:>9}" for joint in JOINTS))
-    for name, compensated in (("PD alone", False), ("with compensation", True)):
-        print(f"{name:22}  " + " ".join(f"{error:9.1e}" for error in run(compensated)))
+    for name, errors in missed.items():
+        print(f"{name:22}  " + " ".join(f"{error:9.1e}" for error in errors))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -199,8 +200,9 @@ def _payload(result: Identification, link: str) -> dict:
 
     vector, covariance = result.added(link)
     names = ["mass", "com[1]", "com[2]", "com[3]", *(f"inertia[{k}]" for k in range(1, 7))]
-    if vector[0] <= 0:
-        raise UserError(f"the payload of link '{link}' has no positive mass: {vector[0]:.3g} kg")
+    mass, error = vector[0], math.sqrt(covariance[0, 0])
+    if mass <= 2 * error:
+        raise UserError(f"link '{link}' has no payload: its mass would be {mass:.3g} +- {error:.2g} kg")
 
     def numbers(ten: np.ndarray) -> np.ndarray:
         mass, com, inertia = body_of(ten)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -105,8 +106,8 @@ def test_chosen_parameters_alone_change(arm, capsys):
     assert float(line.partition("=")[2]) == pytest.approx(6e-5, rel=0.02)
 
 
-def test_payload_is_the_body_that_was_added(arm, capsys):
-    load = '[[link]]\nname = "load"\njoint = "fixed"\nmass = 0.7\ncom = [0.2, 0.05, -0.1]\ninertia = [0.01, 0.02, 0.015]\n'
+def measured_with(arm, load: str) -> None:
+    """Writes loaded.csv: the motion, and the torques of the model with a load, with noise."""
     (arm / "loaded.toml").write_text(ARM.replace("[[actuator]]", load + "[[actuator]]"))
     motion = np.genfromtxt(arm / "run.csv", delimiter=",", skip_header=1)[::5]
     with rds.load(arm / "loaded.toml") as loaded:
@@ -114,12 +115,22 @@ def test_payload_is_the_body_that_was_added(arm, capsys):
     motion[:, 10:] = tau + 1e-3 * np.random.default_rng(2).normal(size=tau.shape)
     head = (arm / "run.csv").read_text().partition("\n")[0]
     np.savetxt(arm / "loaded.csv", motion, delimiter=",", header=head, comments="")
+
+
+def test_payload_is_the_body_that_was_added(arm, capsys):
+    measured_with(arm, '[[link]]\nname = "load"\njoint = "fixed"\nmass = 0.7\ncom = [0.2, 0.05, -0.1]\ninertia = [0.01, 0.02, 0.015]\n')
     code, out, _ = run(capsys, "arm.toml", "loaded.csv", "--payload", "wrist", "--json")
     found = json.loads(out)["payload"]
     expected = [0.7, 0.2, 0.05, -0.1, 0.01, 0.02, 0.015, 0, 0, 0]
     assert code == 0 and len(found) == 10
     for (value, error), true in zip(found.values(), expected, strict=True):
         assert abs(value - true) <= 4 * error and error < 0.02
+
+
+def test_a_mass_within_its_error_is_no_payload(arm, capsys):
+    measured_with(arm, "")
+    code, _, errors = run(capsys, "arm.toml", "loaded.csv", "--payload", "wrist")
+    assert code == 1 and re.fullmatch(r"link 'wrist' has no payload: its mass would be \S+ \+- \S+ kg\n", errors)
 
 
 def test_a_designed_motion_is_a_table_of_the_model(arm, capsys):
