@@ -55,10 +55,10 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
         options.on_stdout = written is not None
         if written and wants_json:
             raise InvalidArgument("--json and an output file `-` both write to stdout: remove one of them")
-        real, nothing = sys.stdout, io.StringIO()
+        real, nothing, messages = sys.stdout, io.StringIO(), io.StringIO()
         options.stdout, errors = (_Renamed(stream, names) if names else stream for stream in (sys.stdout, sys.stderr))
         kept.enter_context(redirect_stderr(nothing if quiet else errors))
-        kept.enter_context(redirect_stdout(nothing if quiet or wants_json else errors if written else options.stdout))
+        kept.enter_context(redirect_stdout(nothing if quiet or wants_json else messages if written else options.stdout))
         try:
             yield
         except UserError as error:
@@ -68,6 +68,7 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
             # also a file that a failed command has completed
             if written and written.is_file():
                 _copy(written, real)
+            errors.write(messages.getvalue())
 
 
 def emit(options: argparse.Namespace, facts: dict[str, Any]) -> None:
