@@ -194,11 +194,14 @@ std::string Instance::failed_step(const Outcome& outcome) {
   const std::string joint = simulation_.failed_joint();
   const bool named = joint.empty() || outcome.message.find(joint) != std::string::npos;
   const Plan<double>& plan = simulation_.plan;
-  // at a dead point velocities grow without bound, and no step is short enough
-  const char* const possible_cause =
-      plan.has_constraints() && plan.prescribed_count > static_cast<int>(plan.balls.size())
-          ? "; the prescribed motion may have reached a dead point of the loops or couplings"
-          : "";
+  // at a dead point velocities grow without bound, and no step is short enough; so do computed torques
+  const bool moves = plan.prescribed_count > static_cast<int>(plan.balls.size());
+  const bool computes = simulation_.model.controller.law == Law::computed_torque;
+  const char* possible_cause = "";
+  if (plan.has_constraints() && moves)
+    possible_cause = "; the prescribed motions may contradict the loops or couplings, or reach a dead point";
+  else if (plan.has_constraints() && computes)
+    possible_cause = "; the controlled joints may depend on each other in this pose";
   return outcome.message + (named ? "" : " (joint '" + joint + "')") + possible_cause +
          "; the state is the one at " + shown(simulation_.time) + " s";
 }
