@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -200,7 +199,7 @@ def _payload(result: Identification, link: str) -> dict:
 
     vector, covariance = result.added(link)
     names = ["mass", "com[1]", "com[2]", "com[3]", *(f"inertia[{k}]" for k in range(1, 7))]
-    mass, error = vector[0], math.sqrt(covariance[0, 0])
+    mass, error = vector[0], np.sqrt(covariance[0, 0])
     if mass <= 2 * error:
         raise UserError(f"link '{link}' has no payload: its mass would be {mass:.3g} +- {error:.2g} kg")
 

@@ -99,7 +99,8 @@ def run(options: argparse.Namespace) -> int:
     folder = Path.cwd() if options.on_stdout else target.resolve().parent
     for shape in draft.shapes:
         if "file" in shape.fields:
-            shape.fields["file"] = Path(os.path.relpath(os.path.realpath(shape.fields["file"]), folder)).as_posix()
+            file = os.path.realpath(shape.fields["file"]) if options.on_stdin else shape.fields["file"]  # a link beside it
+            shape.fields["file"] = Path(os.path.relpath(file, folder)).as_posix()
     text = model_text(draft, target.name)
     whole_file(target, lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
     for title, sentences in (("omitted", draft.lost), ("check", draft.doubts)):

@@ -52,7 +52,7 @@ def standard_streams(options: argparse.Namespace) -> Iterator[None]:
     with ExitStack() as kept:
         names = _files(options, Path(kept.enter_context(tempfile.TemporaryDirectory()))) if _has_stream(options) else {}
         written = next((Path(path) for path, name in names.items() if name == "<stdout>"), None)
-        options.on_stdout = written is not None
+        options.on_stdin, options.on_stdout = "<stdin>" in names.values(), written is not None
         if written and wants_json:
             raise InvalidArgument("--json and an output file `-` both write to stdout: remove one of them")
         real, nothing, messages = sys.stdout, io.StringIO(), io.StringIO()
