@@ -82,13 +82,13 @@ def _has_stream(options: argparse.Namespace) -> bool:
 
 
 def _files(options: argparse.Namespace, folder: Path) -> dict[str, str]:
-    """Replaces `-` in the options by files in a folder like the current one; returns their shown names."""
+    """Replaces `-` in the options by files, an input in a folder like the current one; returns their shown names."""
     names = {}
-    folder = _linked(folder)
     for key in READ:
         value = getattr(options, key, None)
         if value == STREAM or (isinstance(value, list) and STREAM in value):
             data = sys.stdin.buffer.read()
+            folder = _linked(folder)
             file = folder / f"stdin{_ending(data) if options.command == 'import' else '.toml'}"
             file.unlink(missing_ok=True)
             file.write_bytes(data)
