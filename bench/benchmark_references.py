@@ -45,16 +45,17 @@ def pendulum(times: np.ndarray) -> np.ndarray:
 
 
 def solved(slope: Callable, start: list[float], times: np.ndarray, method: str = "DOP853", rtol: float = TIGHT) -> np.ndarray:
+    """One row per state."""
     run = solve_ivp(slope, (0, times[-1]), start, method, t_eval=times, rtol=rtol, atol=rtol / 10)
     if not run.success:
         raise RuntimeError(run.message)
-    return run.y[0]
+    return run.y
 
 
 def four_bars(count: int) -> Callable[[np.ndarray], np.ndarray]:
     """Common angle q of the upright rods: I q'' = -c cos q; the horizontal rods only translate."""
     inertia, moment = (count + 1) / 3 + count, G * ((count + 1) / 2 + count)
-    return lambda times: solved(lambda t, y: [y[1], -moment * np.cos(y[0]) / inertia], [np.pi / 2, -1], times)
+    return lambda times: solved(lambda t, y: [y[1], -moment * np.cos(y[0]) / inertia], [np.pi / 2, -1], times)[0]
 
 
 def slider_crank(times: np.ndarray) -> np.ndarray:
@@ -65,11 +66,12 @@ def slider_crank(times: np.ndarray) -> np.ndarray:
         inertia = 1 / 3 + 1 / 12 + s * s / 4 + 9 / 4 * c * c + 2 * c * c
         return [y[1], (G * s + 4 * s * c * y[1] ** 2) / inertia]
 
-    return solved(slope, [-np.pi / 2, 0], times)
+    return solved(slope, [-np.pi / 2, 0], times)[0]
 
 
-def governor(times: np.ndarray) -> np.ndarray:
-    """Height s of the slider: both arms have the angle u from the shaft downwards; the angular momentum about the shaft is constant."""
+def governor_motion(times: np.ndarray) -> np.ndarray:
+    """Rows of the shaft's angle, the slider's height s and the angle u of both arms from the shaft downwards, whose angular momentum about
+    the shaft is constant."""
     mass, across, along = 0.3, 0.3 * 1.0001 / 12, 0.3 * 0.0001 / 6  # of shaft and arm
 
     def inertia(u):
@@ -84,16 +86,20 @@ def governor(times: np.ndarray) -> np.ndarray:
     momentum, of_arms = inertia(np.pi / 3) * 2 * np.pi, 2 * (across + mass / 4 + 5)
 
     def slope(t, y):
-        s, u, ds, du = y
+        s, u, ds, du, _ = y
         x, z = np.sin(u) / 2, 1 - np.cos(u) / 2 - s
         length = np.hypot(x, z)
         by_s, by_u = -z / length, (x * np.cos(u) + z * np.sin(u)) / 2 / length
         force = 2 * (8e5 * (length - 0.5) + 4e4 * (by_s * ds + by_u * du))
         spin = momentum / inertia(u)
         turn = spin**2 * slope_of_inertia(u) / 2 - 2 * G * (mass / 2 + 5) * np.sin(u) - force * by_u
-        return [ds, du, -G - force * by_s / 3, turn / of_arms]
+        return [ds, du, -G - force * by_s / 3, turn / of_arms, spin]
 
-    return solved(slope, [0.5, np.pi / 3, 0, 0], times, "LSODA", 1e-12)
+    return solved(slope, [0.5, np.pi / 3, 0, 0, 0], times, "LSODA", 1e-12)[[4, 0, 1]]
+
+
+def governor(times: np.ndarray) -> np.ndarray:
+    return governor_motion(times)[1]
 
 
 def squeezer(times: np.ndarray) -> np.ndarray:

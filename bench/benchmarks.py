@@ -11,12 +11,10 @@ installed (scripts/peers.sh). Writes benchmarks.svg, benchmarks_table.md and ben
 
 from __future__ import annotations
 
-import json
 import re
 import statistics
 import sys
 import tempfile
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,11 +29,10 @@ sys.path[:0] = [str(ROOT), str(ROOT / "models"), str(ROOT / "bench" / "peers")]
 import benchmark_references as references
 import generate_iftomm_four_bars
 from peers import Peers, command_line
-from scenes import Scene
+from scenes import Scene, of_model
 from worker import Gone
 
 from build_fmu.run.driver import Task, drive, stage_model
-from tests.crosscheck import dense_scene
 
 TOLERANCES = (1e-4, 1e-8, 1e-11)
 STEPS = (1, 4, 16)  # of Exudyn in an output step
@@ -197,43 +194,11 @@ def ours(benchmark: Benchmark, folder: Path, rtol: float, repetitions: int) -> R
 
 
 def neutral(benchmark: Benchmark, folder: Path) -> Scene:
-    """The benchmark for Exudyn: revolute joints, loops that close two points in the plane, springs."""
+    """The benchmark for Exudyn."""
     model = benchmark.model(folder)
-    file = tomllib.loads(model.read_text(encoding="utf-8"))
-    dense = dense_scene.Scene(file)
-    number = {link.name: i for i, link in enumerate(dense.links)} | {"ground": -1}
-    bodies = [
-        {
-            "parent": link.parent,
-            "joint": {"placement": {"R": link.frame[:3, :3].astype(float).tolist(), "p": link.frame[:3, 3].astype(float).tolist()}},
-            "mass": float(link.mass),
-            "com": link.com.astype(float).tolist(),
-            "inertia": [float(link.inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))],
-        }
-        for link in dense.links
-    ]
-
-    def ends(item: dict) -> dict:
-        bodies = {f"body_{k}": number[item[f"link_{k}"]] for k in "ab"}
-        return bodies | {f"point_{k}": item.get(f"point_{k}", [0, 0, 0]) for k in "ab"}
-
-    springs = [
-        ends(item) | {"k": item["stiffness"], "c": item.get("damping", 0), "rest_length": item["rest_length"]}
-        for item in file.get("spring", [])
-    ]
-    data = {
-        "gravity": [float(x) for x in dense.gravity],
-        "time": {"t_end": benchmark.stop, "dt_out": benchmark.step},
-        "bodies": bodies,
-        "initial": {key: [float(dof.fields[key]) for dof in dense.dofs] for key in ("q", "qd")},
-        "inputs": [{"joint": 0, "type": "constant", "value": value} for value in benchmark.inputs.values()],
-        "loops": [ends(item) | {"directions": [[1, 0, 0], [0, 1, 0]]} for item in file.get("loop", [])],
-        "forces": springs,
-    }
-    name = f"{benchmark.name}{benchmark.count or ''}"
-    scene = folder / f"{name}.json"
-    scene.write_text(json.dumps(data), encoding="utf-8")
-    return Scene(name, model, benchmark.title, (), scene, data)
+    data = of_model(model, {variable.removesuffix(".tau"): value for variable, value in benchmark.inputs.items()})
+    data["time"] = {"t_end": benchmark.stop, "dt_out": benchmark.step}
+    return Scene(f"{benchmark.name}{benchmark.count or ''}", model, benchmark.title, (), data)
 
 
 def exudyn(benchmark: Benchmark, peers: Peers, folder: Path) -> list[Row]:

@@ -17,6 +17,7 @@ from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     LinearSpringDamper,
+    PrismaticJoint,
     RevoluteJoint,
     RevoluteSpring,
     RotationalInertia,
@@ -52,9 +53,10 @@ def build(scene: Scene, plant_step: float):
         joint = body["joint"]
         placement = joint["placement"]
         pose = RigidTransform(RotationMatrix(np.array(placement["R"])), placement["p"])
+        kind = RevoluteJoint if joint["type"] == "revolute" else PrismaticJoint
         joints.append(
             plant.AddJoint(
-                RevoluteJoint(
+                kind(
                     f"j{k}",
                     plant.AddFrame(FixedOffsetFrame(f"f{k}", bodies[body["parent"]], pose)),
                     bodies[k].body_frame(),
@@ -117,19 +119,19 @@ def main():
             )
             ApplySimulatorConfig(config, simulator)
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        for joint, q, qd in zip(joints, scene.data["initial"]["q"], scene.data["initial"]["qd"], strict=False):
-            joint.set_angle(context, q)
-            joint.set_angular_rate(context, qd)
+        order = [joint.position_start() for joint in joints]
+        start = {key: np.array(scene.data["initial"][key])[np.argsort(order)] for key in ("q", "qd")}
+        plant.SetPositions(context, start["q"])
+        plant.SetVelocities(context, start["qd"])
         simulator.Initialize()
         begin = time.process_time()
         simulator.AdvanceTo(scene.end)
         seconds = time.process_time() - begin
         rows = log.FindLog(simulator.get_context()).data().T
-        order = [joint.position_start() for joint in joints]
         rows = rows[:, order]
         if len(rows) == scene.rows:
             # the last output time is published by the following step
-            rows = np.vstack([rows, [joint.get_angle(context) for joint in joints]])
+            rows = np.vstack([rows, plant.GetPositions(context)[order]])
         return seconds, rows
 
     serve(run)

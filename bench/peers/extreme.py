@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from peers import Peers, command_line
-from scenes import ROOT, Scene, public
+from scenes import ROOT, Scene, public, referred
 from two_rods import G, R, TwoRods, run
 from work_precision import error_of
 from worker import Gone
@@ -42,7 +42,7 @@ def imported(data: dict, title: str, methods: tuple[str, ...], work: Path) -> Sc
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    return Scene(data["name"], model, title, methods, file, data)
+    return Scene(data["name"], model, title, methods, data)
 
 
 def relative(rows) -> list[list[float]]:
@@ -96,8 +96,9 @@ def parallelogram(work: Path) -> Scene:
 
 def cases(work: Path) -> list[tuple[Scene, float]]:
     """Scenes with their fixed step size."""
+    strut = public("stiff_strut", "stiff_strut", "two rods with a strut of 1e7 N/m and 1e4 N s/m", ("bdf", "dirk", "erk"), stiff=True)
     return [
-        (public("stiff_strut", "stiff_strut", "two rods with a strut of 1e7 N/m and 1e4 N s/m", ("bdf", "dirk", "erk"), stiff=True), 1e-3),
+        (referred(strut), 1e-3),
         (rods("heavy_tip", "two rods, the outer one 1e6 times heavier", work, masses=(1.0, 1e6)), 1e-3),
         (rods("light_tip", "two rods, the outer one 1e6 times lighter", work, masses=(1.0, 1e-6)), 1e-3),
         (parallelogram(work), 1e-3),

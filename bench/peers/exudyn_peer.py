@@ -50,7 +50,7 @@ def build(scene: Scene):
     tree = mbs.AddObject(
         ObjectKinematicTree(
             nodeNumber=node,
-            jointTypes=[exu.JointType.RevoluteZ] * n,
+            jointTypes=[exu.JointType.RevoluteZ if joint["type"] == "revolute" else exu.JointType.PrismaticZ for joint in joints],
             linkParents=[body["parent"] for body in bodies],
             jointTransformations=exu.Matrix3DList([np.array(joint["placement"]["R"]) for joint in joints]),
             jointOffsets=exu.Vector3DList([joint["placement"]["p"] for joint in joints]),

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 
 from scenes import Scene
 
+JOINTS = {"revolute": "hinge", "prismatic": "slide"}
+
 
 def numbers(values) -> str:
     return " ".join(f"{x:.17g}" for x in values)
@@ -57,7 +59,7 @@ def write(scene: Scene, stiffest: float) -> str:
             for key, name in (("stiffness", "stiffness"), ("damping", "damping"), ("springref", "rest"))
             if joint.get(name)
         }
-        ElementTree.SubElement(element, "joint", name=f"j{k}", type="hinge", axis="0 0 1", **passive)
+        ElementTree.SubElement(element, "joint", name=f"j{k}", type=JOINTS[joint["type"]], axis="0 0 1", **passive)
         at[k] = element
 
     def site(body: int, point: list[float], name: str) -> None:

@@ -131,6 +131,11 @@ class Peers:
         command = getattr(self, f"_{peer.lower().replace('-', '_')}")(scene)
         return Worker(command, str(self.work / f"{scene.name}_{peer}.log"))
 
+    def _file(self, scene: Scene) -> Path:
+        file = self.work / f"{scene.name}.json"
+        file.write_text(json.dumps(scene.data), encoding="utf-8")
+        return file
+
     def _redysim_fmu(self, scene: Scene, method: str = "") -> list:
         # the other simulators do not integrate the work
         folder = self.work / "-".join(filter(None, ("bare", method)))
@@ -161,17 +166,17 @@ class Peers:
         return [self.programs / "mujoco_runner", file, scene.rows, repr(scene.step), *map(repr, scene.torques)]
 
     def _drake(self, scene: Scene) -> list:
-        return [self.python, HERE / "drake_peer.py", scene.file]
+        return [self.python, HERE / "drake_peer.py", self._file(scene)]
 
     def _exudyn(self, scene: Scene) -> list:
-        return [self.python, HERE / "exudyn_peer.py", scene.file]
+        return [self.python, HERE / "exudyn_peer.py", self._file(scene)]
 
     def _heyoka(self, scene: Scene) -> list:
-        return [self.python, HERE / "heyoka_peer.py", scene.file]
+        return [self.python, HERE / "heyoka_peer.py", self._file(scene)]
 
     def _casadi(self, scene: Scene) -> list:
         folder = self.work / f"{scene.name}_generated"
-        subprocess.run([self.python, HERE / "generated.py", scene.file, folder, os.environ.get("CXX", "c++")], check=True)
+        subprocess.run([self.python, HERE / "generated.py", self._file(scene), folder, os.environ.get("CXX", "c++")], check=True)
         return [folder / f"dop853_{scene.name}", scene.rows, repr(scene.step)]
 
 

@@ -13,6 +13,7 @@ namespace redysim::bench {
 struct SceneText {
   struct Body {
     int parent = -1;
+    std::string joint;  // revolute or prismatic, along z
     Eigen::Matrix3d rotation;
     Eigen::Vector3d position, com;
     double mass = 0, inertia[6] = {};  // xx yy zz xy xz yz about the center of mass
@@ -43,7 +44,7 @@ struct SceneText {
         in >> rows >> step;
       } else if (word == "body") {
         Body body;
-        in >> body.parent;
+        in >> body.parent >> body.joint;
         for (int i = 0; i < 9; ++i) in >> body.rotation(i / 3, i % 3);
         body.position = vector();
         in >> body.mass;

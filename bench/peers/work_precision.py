@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from peers import Curve, Peers, command_line, curves
-from scenes import ROOT, Scene, all_scenes
+from scenes import ROOT, Scene, all_scenes, referred
 from summary import SMALLEST, draw, lines, losses, table
 from worker import LIMIT, Gone
 
@@ -130,7 +130,7 @@ def main() -> None:
     for peer, reason in absent.items():
         print(f"{peer} is skipped: {reason}")
     records, text, lost, figures = [], [], [], []
-    for scene in all_scenes():
+    for scene in map(referred, all_scenes()):
         if not re.search(options.filter, scene.name):
             continue
         print(f"{scene.name}: {scene.title}", flush=True)

@@ -127,6 +127,17 @@ def test_currents_and_lags_at_joints_that_loops_hold(built, method, model, field
             assert slave.get(output) == pytest.approx(final * (1 - math.exp(-(k + 1) * 5)), rel=2e-5)
 
 
+@pytest.mark.parametrize("step", [0.05, 0.005, 0.003])
+def test_lags_keep_the_tolerance_between_the_ends_of_steps(built, step):
+    """Stability limits the steps of the explicit method, and one step serves several communication steps."""
+    model = HEAVY.replace("FIELDS", "time_constant = 0.01").replace("METHOD", "erk")
+    with Slave(built(model)) as slave:
+        slave.initialize(start={"arm.tau": 3.0})
+        for k in range(round(0.5 / step)):
+            assert slave.step(k * step, step) == OK, slave.errors
+            assert slave.get("arm.tau_joint") == pytest.approx(3 * (1 - math.exp(-(k + 1) * step / 0.01)), abs=3e-5)
+
+
 def test_gains_of_dc_motors_are_voltages_per_error(tmp_path):
     """docs/actuators.md; a joint without a motor keeps N m/rad."""
     links = ("turn", "revolute"), ("slide", "prismatic"), ("plain", "revolute")

@@ -42,24 +42,27 @@ class Erk final : public OneStep {
   double allowed_step() const override {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
-  // Not with loops: order 8 with the step size that passing allows has stages far from the constraints, where
-  // dependent rows become independent (bennett: error of 700 rtol). Contacts end steps. max_rhs requires an
-  // even load of the advances.
+  // Not in overconstrained loops: stages of long steps lie so far from the constraints that dependent rows
+  // become independent (bennett: error of 2000 rtol). Contacts end steps. max_rhs requires an even load of
+  // the advances.
   bool passes_ends() const override {
-    return system_.plan().loops.empty() && !system_.plan().has_contacts() && !has_backlash(system_) &&
+    return passing_.barred == 0 && !system_.plan().has_contacts() && !has_backlash(system_) &&
            !(settings_.max_rhs > 0);
   }
 
  private:
   struct Passing {
+    double barred = 0;  // 1: in overconstrained loops
     // numbers of advances: since the inputs changed, and between the two changes before
     double held = 0, held_before = 0;
     // the step that passed the end of the last advance: it starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
-  static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
-                                                       &Passing::origin, &Passing::begin, &Passing::length};
+  static constexpr double Passing::*passing_parts[] = {&Passing::barred,      &Passing::held,
+                                                       &Passing::held_before, &Passing::origin,
+                                                       &Passing::begin,       &Passing::length};
 
+  bool is_overconstrained();
   static bool slope(double time, const double* y, double* slope, void* self);
 
   bool takes_eighth() const { return choice_.eighth(); }
@@ -81,7 +84,10 @@ class Erk final : public OneStep {
   bool lies_in_last_step(bool inputs_changed) override;
   void leave_last_step() override;
   double end_of_last_step() const { return passing_.begin + passing_.length - (origin_ - passing_.origin); }
-  void read_polynomial(double* y);
+  bool read_goal(double* y) {
+    return read((goal_ - passing_.origin - passing_.begin) / passing_.length, goal_, y);
+  }
+  bool read(double share, double time, double* y);
 
   void choose_table(double remaining) override;
   long steps_between_choices() const override { return choice_.steps_until_decision(); }
@@ -105,6 +111,20 @@ class Erk final : public OneStep {
       steps_(y_.size(), &Erk::slope, static_cast<OneStep*>(this)),
       weights_(y_) {
   use_table();
+}
+
+// Whether rows that are dependent at the start become independent at other positions. Also true if the start
+// is a singular configuration.
+bool Erk::is_overconstrained() {
+  std::copy(y_.begin(), y_.end(), candidate_);
+  double far = 0.02;  // rad or m
+  int rank[2];
+  for (int& of : rank) {
+    if (system_.slope_within_step(time(), candidate_, result_) != Status::ok) return true;
+    of = system_.independent_rows();
+    for (int i = 0; i < system_.simple(); ++i) candidate_[i] += far *= -0.97;
+  }
+  return rank[1] > rank[0];
 }
 
 void Erk::use_table() {
@@ -133,6 +153,7 @@ void Erk::choose_table(double remaining) {
 
 void Erk::forget_choice() {
   passing_ = {};
+  passing_.barred = !system_.plan().loops.empty() && is_overconstrained();
   choice_.forget();
   use_table();
 }
@@ -182,10 +203,17 @@ bool Erk::begin_step(double) {
 
 double Erk::attempt_error(double h) {
   corners_.attempt();
-  if (!steps_.step(reached_, h, result_, candidate_)) return std::numeric_limits<double>::infinity();
-  const double error = steps_.error(h, error_weights_, weights_.data());
+  double error = std::numeric_limits<double>::infinity();
+  if (!steps_.step(reached_, h, result_, candidate_)) return error;
+  error = steps_.error(h, error_weights_, weights_.data());
+  const bool passes = reached_ + h > end_;
+  if (passes && error <= 1)
+    error = steps_.fit(reached_, h)
+                ? std::max(error, Tuning::worth_of_last_term *
+                                      error_weights_.norm(steps_.last_term(), weights_.data()))
+                : std::numeric_limits<double>::infinity();
   if (!corners_.crosses(system_, absolute(reached_ + h), candidate_)) return error;
-  return reached_ + h > end_ ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
+  return passes ? Tuning::error_of_corner : Tuning::doubt_of_corner * error;
 }
 
 double Erk::affordable_steps() const {
@@ -212,20 +240,22 @@ void Erk::keep_last_slope() {
   slope_known_ = true;
 }
 
-// Ends the advance within a step of size h. False: the polynomial cannot be computed.
+// Ends the advance within a step of size h, after `fit`. False: the state there cannot be computed.
 bool Erk::pass(double h) {
-  if (!steps_.fit(reached_, h)) return false;
   passing_.origin = origin_;
   passing_.begin = reached_;
   passing_.length = h;
-  read_polynomial(result_);
+  if (!read_goal(result_)) return false;
   reached_ = end_;
   return true;
 }
 
 // Updates expects_hold_: if inputs change during the next advances, the rest of a long step is lost.
 void Erk::expect_changes(bool inputs_changed) {
-  if (inputs_changed) passing_ = {0, passing_.held};
+  if (inputs_changed) {
+    passing_.held_before = passing_.held;
+    passing_.held = passing_.length = 0;
+  }
   const bool outlasts = passing_.held > 0 && passing_.held >= passing_.held_before;
   expects_hold_ = passes_ends() && (outlasts || passing_.held_before - passing_.held >= Tuning::held_to_pass);
   ++passing_.held;
@@ -233,23 +263,31 @@ void Erk::expect_changes(bool inputs_changed) {
 
 bool Erk::lies_in_last_step(bool inputs_changed) {
   expect_changes(inputs_changed);
-  if (passing_.length == 0 || end_ > end_of_last_step()) return false;
-  read_polynomial(y_.data());
-  return true;
+  return passing_.length > 0 && end_ <= end_of_last_step() && read_goal(y_.data());
 }
 
+// If the end of the step violates a loop, continues from the end of the last advance.
 void Erk::leave_last_step() {
   if (passing_.length == 0) return;
-  since_ = end_of_last_step();
+  const double end = end_of_last_step();
+  if (read(1, origin_ + end, y_.data())) {
+    since_ = end;
+    keep_last_slope();
+    slope_known_ = system_.plan().loops.empty();
+  }
   passing_.length = 0;
-  steps_.evaluate(1, y_.data());
-  keep_last_slope();
-  if (system_.has_constraints()) system_.project(time(), y_.data(), nullptr);  // removes the rounding error
 }
 
-// Sets y to the state at the end of the advance.
-void Erk::read_polynomial(double* y) {
-  steps_.evaluate((goal_ - passing_.origin - passing_.begin) / passing_.length, y);
+// Sets y to the state at a share of the last step. The polynomial satisfies rigid couplings up to rounding,
+// but loops only approximately. False: a loop cannot be closed; y is unchanged, and the step is given up.
+bool Erk::read(double share, double time, double* y) {
+  steps_.evaluate(share, candidate_);
+  if ((share == 1 || !system_.plan().loops.empty()) && !system_.close_loops(time, candidate_)) {
+    passing_.length = 0;
+    return false;
+  }
+  std::copy_n(candidate_, y_.size(), y);
+  return true;
 }
 
 }  // namespace

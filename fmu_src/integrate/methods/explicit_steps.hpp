@@ -40,6 +40,8 @@ class ExplicitSteps {
   // the step.
   bool fit(double time, double h);  // false: a slope cannot be computed
   void evaluate(double share, double* y);
+  // Coefficient of its last term, whose factor is at most 0.0084.
+  const double* last_term() const { return numbers(stage - 1); }
   // The polynomial and the last slope as saved values.
   std::size_t saved() const { return 9 * size_; }
   void save(double* values) const;

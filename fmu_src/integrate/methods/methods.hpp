@@ -55,10 +55,9 @@ inline constexpr const char* loops_open_within_max_rhs =
     "the loop constraints cannot be satisfied with the steps that solver.max_rhs allows";
 inline constexpr const char* not_finite_within_max_rhs =
     "the accelerations are not finite with the steps that solver.max_rhs allows";
-inline constexpr const char* step_too_small =
-    "minimum step size reached; the requested tolerance cannot be met";
+inline constexpr const char* step_too_small = "minimum step size reached; the tolerance cannot be met";
 inline constexpr const char* step_too_small_or_not_finite =
-    "minimum step size reached; the requested tolerance cannot be met, or the accelerations are not finite";
+    "the accelerations are not finite, or minimum step size reached; the tolerance cannot be met";
 inline constexpr const char* tolerance_below_rounding =
     "the tolerance is below the rounding error of the state: loosen solver.rtol and solver.atol";
 

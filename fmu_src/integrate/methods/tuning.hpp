@@ -119,11 +119,15 @@ struct Tuning {
 
   static constexpr double eighth_stages = 12, polynomial_stages = 3;
   static constexpr std::int64_t held_to_pass = 3;  // expected further advances with the same inputs
-  static constexpr double accuracy_worth = 1.1;    // cost ratio accepted for the smaller error of order 8
-  static constexpr double hysteresis = 1.1;        // factor in favour of the table in use
-  static constexpr long settling_steps = 4;        // steps until the step size of a new table is settled
-  static constexpr long review_steps = 16;         // steps until the choice is reviewed in a long advance
-  static constexpr double settled_growth = 2;      // maximum change of the step size since the last decision
+  // Error of a step that passes an end, relative to the weighted last coefficient of its polynomial: where
+  // stability limits the step, the polynomial was wrong between its ends by several hundred times the
+  // tolerance.
+  static constexpr double worth_of_last_term = 1 / 1200.0;
+  static constexpr double accuracy_worth = 1.1;  // cost ratio accepted for the smaller error of order 8
+  static constexpr double hysteresis = 1.1;      // factor in favour of the table in use
+  static constexpr long settling_steps = 4;      // steps until the step size of a new table is settled
+  static constexpr long review_steps = 16;       // steps until the choice is reviewed in a long advance
+  static constexpr double settled_growth = 2;    // maximum change of the step size since the last decision
   // Step size of order 8 relative to order 5: 1.6 (1e4 rtol)^-0.07. The exponent follows from local errors C
   // (h/L)^5 = rtol and C' (h/L)^8 = rtol. The factors are those of KR5, gripper and four-bar; the second one
   // is relative to order 3. The ratio is corrected at each change and decays to the expected value at each

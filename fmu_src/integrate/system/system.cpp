@@ -212,6 +212,14 @@ bool System::loops_are_violated() const {
   return plan_.has_constraints() && relative_violation(workspace_.loop, false) > violation;
 }
 
+int System::independent_rows() const {
+  int rank = 0;
+  for (std::size_t c = 0; c < plan_.clusters.size(); ++c)
+    rank +=
+        is_by_fronts(plan_, workspace_.loop, c) ? plan_.clusters[c].row_count : workspace_.loop.S[c].rank();
+  return rank;
+}
+
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);

@@ -157,6 +157,7 @@ class System {
   static constexpr double rank_violation = 1e-11;  // larger after projection: the rank was too small
   static constexpr double violation = 1e-8;        // a loop is violated
   bool loops_are_violated() const;                 // the last project omitted necessary rows
+  int independent_rows() const;                    // in the last right_hand_side
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);

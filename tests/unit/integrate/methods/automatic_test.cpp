@@ -82,7 +82,7 @@ TEST(Automatic, goes_there_and_back_without_a_jump) {
 }
 
 TEST(Automatic, neither_steps_nor_switches_allocate) {
-  test::Rig rig("four_bar", solver(SolverMethod::automatic), true);
+  test::Rig rig("five_bar", solver(SolverMethod::automatic), true);
   std::vector<double> y = rig.start_state();
   ASSERT_EQ(rig.system.project(0, y.data(), nullptr), Status::ok);
   rig.integrator->start(0, y.data());
