@@ -42,9 +42,9 @@ class Erk final : public OneStep {
   double allowed_step() const override {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
-  // Not in overconstrained loops: stages of long steps lie so far from the constraints that dependent rows
-  // become independent (bennett: error of 2000 rtol). Contacts end steps. max_rhs requires an even load of
-  // the advances.
+  // Not in overconstrained loops: stages of long steps lie far from the constraints, where dependent rows may
+  // become independent, and errors do not follow the tolerance (bennett: 2000 rtol). Contacts end steps.
+  // max_rhs requires an even load of the advances.
   bool passes_ends() const override {
     return passing_.barred == 0 && !system_.plan().has_contacts() && !has_backlash(system_) &&
            !(settings_.max_rhs > 0);
