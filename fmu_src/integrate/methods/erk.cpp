@@ -203,17 +203,17 @@ bool Erk::begin_step(double) {
 
 double Erk::attempt_error(double h) {
   corners_.attempt();
-  double error = std::numeric_limits<double>::infinity();
-  if (!steps_.step(reached_, h, result_, candidate_)) return error;
-  error = steps_.error(h, error_weights_, weights_.data());
+  constexpr double impossible = std::numeric_limits<double>::infinity();
+  if (!steps_.step(reached_, h, result_, candidate_)) return impossible;
+  double error = steps_.error(h, error_weights_, weights_.data());
   const bool passes = reached_ + h > end_;
-  if (passes && error <= 1)
-    error = steps_.fit(reached_, h)
-                ? std::max(error, Tuning::worth_of_last_term *
-                                      error_weights_.norm(steps_.last_term(), weights_.data()))
-                : std::numeric_limits<double>::infinity();
+  if (passes && error <= 1) {
+    if (!steps_.fit(reached_, h)) return impossible;
+    error = std::max(error,
+                     Tuning::worth_of_last_term * error_weights_.norm(steps_.last_term(), weights_.data()));
+  }
   if (!corners_.crosses(system_, absolute(reached_ + h), candidate_)) return error;
-  return passes ? Tuning::error_of_corner : Tuning::doubt_of_corner * error;
+  return passes ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 
 double Erk::affordable_steps() const {
@@ -272,15 +272,16 @@ void Erk::leave_last_step() {
   const double end = end_of_last_step();
   if (read(1, origin_ + end, y_.data())) {
     since_ = end;
-    keep_last_slope();
-    slope_known_ = system_.plan().loops.empty();
+    if (system_.plan().loops.empty()) keep_last_slope();
   }
   passing_.length = 0;
 }
 
 // Sets y to the state at a share of the last step. The polynomial satisfies rigid couplings up to rounding,
-// but loops only approximately. False: a loop cannot be closed; y is unchanged, and the step is given up.
+// which is removed at its end, but loops only approximately. False: a loop cannot be closed; y is unchanged,
+// and the step is given up.
 bool Erk::read(double share, double time, double* y) {
+  slope_known_ = false;  // slope_ is that at the start of the step
   steps_.evaluate(share, candidate_);
   if ((share == 1 || !system_.plan().loops.empty()) && !system_.close_loops(time, candidate_)) {
     passing_.length = 0;

@@ -223,7 +223,6 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   end_ = farthest_ = end - origin_;
   if (lies_in_last_step(inputs_changed)) {
     set_time(end_);
-    slope_known_ = false;
     return {};
   }
   const double origin_before = origin_, since_before = since_;

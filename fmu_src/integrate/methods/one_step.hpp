@@ -82,7 +82,8 @@ class OneStep : public Integrator {
   virtual bool get_choice(ByteReader& reader);  // must read to the end; false: choice unchanged
   // A method with an interpolating polynomial may pass the end of an advance in its last step, up to
   // farthest_. At the next advance, lies_in_last_step returns true and sets y_ to the state at end_ if that
-  // lies in this step, too. Otherwise leave_last_step moves (since_, y_) to the end of that step.
+  // lies in this step, too. Otherwise leave_last_step moves (since_, y_) to the end of that step. Both set
+  // slope_known_.
   virtual bool lies_in_last_step(bool /*inputs_changed*/) { return false; }
   virtual void leave_last_step() {}
   void set_error_order(int error_order) {
