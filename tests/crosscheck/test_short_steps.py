@@ -88,7 +88,7 @@ def test_errors_do_not_grow(seed, count, tmp_path):
     assert np.median(growth) < 1
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [9, pytest.param(100, marks=pytest.mark.slow)])
 def test_errors_do_not_grow_in_loops(count, tmp_path):
     growth = []
     for index in range(count):
