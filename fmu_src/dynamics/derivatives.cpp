@@ -59,6 +59,10 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
   return loss;
 }
 
+void respond_fastest(const Plan<double>& plan, Workspace<double>& ws, const double* forces, double* qdd) {
+  fastest([&] { respond(plan, ws, forces, qdd); });
+}
+
 }  // namespace
 
 [[gnu::cold]] Derivatives::Elements::Elements(const Plan<double>& of) : plan(of), workspace(plan) {}
@@ -68,6 +72,7 @@ PassiveChange passive_change(const Plan<double>& plan, int joint, double q, doub
       changes_(plan.joints.size()),
       forces_(plan.joints.size()),
       elements_(plan.has_poses() ? std::make_unique<Elements>(plan) : nullptr),
+      displaced_(elements_ ? elements_->workspace.ground.size() : 0),
       port_wrenches_(static_cast<std::size_t>(InputLayout(plan).port_wrench.size())) {
   for (const ClusterPlan& cluster : plan.clusters) lambda_.resize(lambda_.size() + cluster.row_count);
   K_.resize(lambda_.size());
@@ -173,7 +178,8 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
   return change;
 }
 
-// Derivatives of the ground-frame motions of bodies with force elements and loops.
+// Derivatives of the ground-frame motions of bodies with force elements and loops. Those of bodies that
+// neither this nor the previous variable displaces remain zero.
 [[gnu::flatten]] void Derivatives::move_ground_states(const Plan<double>& plan, const Workspace<double>& ws,
                                                       int joint, bool velocity) {
   Workspace<Dual>& dual = elements_->workspace;
@@ -185,7 +191,11 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
     }
     if (step.body == joint) parent = step.from;
     GroundChange change;
-    if (changes_[step.body].moved) change = ground_change(plan, ws, joint, parent, step, velocity);
+    const bool moved = changes_[step.body].moved;
+    if (moved) change = ground_change(plan, ws, joint, parent, step, velocity);
+    char& displaced = displaced_[step.entry];
+    if (!moved && displaced == 0) continue;
+    displaced = moved;
     const GroundState<double>& g = ws.ground[step.entry];
     GroundState<Dual>& to = dual.ground[step.entry];
     for (int column = 0; column < 3; ++column) {
@@ -232,16 +242,20 @@ inline double Derivatives::set_elements(const Plan<double>& plan) {
 
 // Derivatives of the row accelerations phi'' = sum of wrench . acceleration + quadratic part, with opposite
 // sign, into ws.loop.b, and of the wrenches at constant lambda. For a velocity the wrenches are constant:
-// they keep their values from the positions, which must precede the velocities among the variables.
+// they keep their values from the position of the same joint, which must precede it among the variables.
 void Derivatives::change_loops(const Plan<double>& plan, Workspace<double>& ws, bool velocity) {
   auto& [elements, dual] = *elements_;
-  if (velocity)
-    set_quadratic_parts(elements, dual);
-  else
-    set_loop_rows(elements, dual);
   LoopState<Dual>& state = dual.loop;
-  for (const auto& loop : elements.loops) {
+  for (std::size_t n = 0; n < plan.loops.size(); ++n) {
+    const LoopPlan<Dual>& loop = elements.loops[n];
     const int bodies[] = {loop.body_a, loop.body_b, loop.root};
+    bool moved = false;
+    for (const int body : bodies) moved = moved || (body != ground && changes_[body].moved);
+    if (!moved) continue;
+    if (velocity)
+      set_quadratic_parts(elements, dual, n);
+    else
+      set_rows_of_loop(elements, dual, n);
     for (std::size_t row = loop.first_row; row < loop.first_row + loop.rows.size(); ++row) {
       const Force<Dual>* const wrenches[] = {&state.wrench[0][row], &state.wrench[1][row], &state.K[row]};
       ws.loop.b[row] = state.b[row].derivative;
@@ -293,6 +307,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
   if (elements_) {
     update_contact_laws(plan, elements_->plan);
     std::copy_n(ports, port_wrenches_.size(), port_wrenches_.begin());
+    std::fill(displaced_.begin(), displaced_.end(), 1);
   }
   for (std::size_t k = 0; k < variables.size(); ++k) {
     // no structured binding: lambdas cannot capture one in C++17
@@ -321,7 +336,7 @@ void Derivatives::evaluate(const Plan<double>& plan, Workspace<double>& ws, cons
       if (plan.has_elastic_couplings())
         power += change_coupling_forces(plan, joint, q, qd, velocity, forces_);
     }
-    fastest([&] { respond(plan, ws, forces_.data(), column); });
+    respond_fastest(plan, ws, forces_.data(), column);
   }
 }
 
@@ -335,7 +350,7 @@ void Derivatives::evaluate_row(const Plan<double>& plan, Workspace<double>& ws, 
   row.ports.resize(port_wrenches_.size());
   set_point(plan, ws, q, qd, qdd, ports);
   std::fill(ws.loop.b.begin(), ws.loop.b.end(), 0.0);
-  fastest([&] { respond(plan, ws, weights, row.tau.data()); });
+  respond_fastest(plan, ws, weights, row.tau.data());
   move_along(plan, ws, row);
   if (elements_) {
     update_contact_laws(plan, elements_->plan);

@@ -115,6 +115,7 @@ class Derivatives {
     Workspace<Dual> workspace;
   };
   std::unique_ptr<Elements> elements_;  // null: no elements
+  std::vector<char> displaced_;         // per entry of Workspace::ground: by the last variable of `evaluate`
   std::vector<Dual> port_wrenches_;
   // for evaluate_row
   std::vector<Pulled> pulled_;

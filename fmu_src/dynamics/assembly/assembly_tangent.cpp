@@ -52,7 +52,7 @@ class ClusterDirection {
     set_pose(Directions(q_.size(), 0.0));
     A_ = values(rows_.jacobian());
     const LeastNorm inverse(A_, dependent, rows_.rounding());
-    const auto along = [&](const Vector& x) -> Vector { return x - inverse.solve(A_.lazyProduct(x)); };
+    const auto along = [&](const Vector& x) -> Vector { return x - inverse.solve(times(A_, x)); };
     if (is_singular(inverse, along)) return "the initial configuration is singular";
 
     const Vector of_held = residual_change(change);

@@ -84,7 +84,7 @@ class ClusterAssembly : public ClusterRows<double> {
       residual_norm(z);
       const LeastNorm tangent(J_, dependent, rounding_);
       const Vector away = z_start_ - z;
-      const Vector along = away - tangent.solve(times_jacobian(away));
+      const Vector along = away - tangent.solve(times(J_, away));
       if (along.norm() < near_enough * std::max(1.0, distance) || (gradient > 0 && along.norm() > gradient))
         break;
       const Vector step = newton_step(z, tangent, along, tangent.solve_transposed(away));
@@ -239,13 +239,6 @@ class ClusterAssembly : public ClusterRows<double> {
     return residual_norm(z);
   }
 
-  // J x
-  Vector times_jacobian(const Vector& x) const {
-    Vector rates = Vector::Zero(J_.rows());
-    for (Eigen::Index k = 0; k < J_.cols(); ++k) rates += x[k] * J_.col(k);
-    return rates;
-  }
-
   // Solves P (1 + H) P step = along, H = d(J^T lambda)/dz, P = 1 - J^+ J, by conjugate gradients; stops at a
   // direction of negative curvature (Steihaug 1983).
   Vector newton_step(const Vector& z, const LeastNorm& tangent, const Vector& along, const Vector& lambda) {
@@ -253,7 +246,7 @@ class ClusterAssembly : public ClusterRows<double> {
     const Matrix J = J_;
     const auto constraint_force = [&](const Vector& at) -> Vector {
       residual_norm(at);
-      return J_.transpose().lazyProduct(lambda);
+      return transposed_times(J_, lambda);
     };
     Vector step = Vector::Zero(z.size()), rest = along, direction = along;
     for (int k = 0; k < 2 * z.size() && rest.norm() > 1e-3 * std::min(1.0, along.norm()) * along.norm();
@@ -262,7 +255,7 @@ class ClusterAssembly : public ClusterRows<double> {
       Vector image = direction + (direction.norm() / (2 * difference)) *
                                      (constraint_force(z + aside) - constraint_force(z - aside));
       J_ = J;
-      image -= tangent.solve(times_jacobian(image));
+      image -= tangent.solve(times(J_, image));
       const double curvature = direction.dot(image);
       if (!(curvature > 0.01 * direction.squaredNorm())) break;
       const double before = rest.squaredNorm();

@@ -5,6 +5,7 @@
 
 #include "dynamics/compiled.hpp"
 #include "math/complete_pivoting.hpp"
+#include "math/least_norm.hpp"
 
 namespace redysim {
 namespace {
@@ -25,7 +26,9 @@ ConstraintRanks constraint_ranks(const Model& model, const Plan<double>& plan, c
     rows.measure();
     rows.set_rows();
     const auto& J = rows.jacobian();
-    const Eigen::Index rank = CompletePivoting(J, J.cols(), smallest, J.cols()).rank();
+    const bool independent = RowFactor(J, 0, RowFactor::independent, 1e4 * smallest * smallest).is_complete();
+    const Eigen::Index rank =
+        independent ? J.rows() : CompletePivoting(J, J.cols(), smallest, J.cols()).rank();
     found.ranks.push_back(static_cast<int>(rank));
     found.joints.push_back(static_cast<int>(J.cols()));
     found.are_full = found.are_full && rank == std::min(J.rows(), J.cols());

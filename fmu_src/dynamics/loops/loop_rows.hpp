@@ -135,17 +135,16 @@ Scalar squared_moment_rounding(const LoopGeometry<Scalar>& g, const ConstraintRo
           g.point_b.arm.squaredNorm());
 }
 
-// Sets b of all loops like set_loop_rows.
+// Sets b of loop `n` like set_rows_of_loop.
 template <class Scalar>
-void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
-  for (const auto& loop : plan.loops) {
-    const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
-    for (std::size_t k = 0; k < loop.rows.size(); ++k) {
-      const ConstraintRow<Scalar>& row = loop.rows[k];
-      ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] = -(
-          row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(geometry, row).quadratic
+void set_quadratic_parts(const Plan<Scalar>& plan, Workspace<Scalar>& ws, std::size_t n) {
+  const LoopPlan<Scalar>& loop = plan.loops[n];
+  const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
+  for (std::size_t k = 0; k < loop.rows.size(); ++k) {
+    const ConstraintRow<Scalar>& row = loop.rows[k];
+    ws.loop.b[static_cast<std::size_t>(loop.first_row) + k] =
+        -(row.kind == ConstraintRow<Scalar>::Kind::rotation ? rotation_row(geometry, row).quadratic
                                                             : PositionRow(geometry, row).quadratic(geometry));
-    }
   }
 }
 
