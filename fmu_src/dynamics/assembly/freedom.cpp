@@ -26,7 +26,7 @@ ConstraintRanks constraint_ranks(const Model& model, const Plan<double>& plan, c
     rows.measure();
     rows.set_rows();
     const auto& J = rows.jacobian();
-    const bool independent = RowFactor(J, 0, RowFactor::independent, 1e4 * smallest * smallest).is_complete();
+    const bool independent = RowFactor(J, 0, RowFactor::independent, 100 * smallest * smallest).is_complete();
     const Eigen::Index rank =
         independent ? J.rows() : CompletePivoting(J, J.cols(), smallest, J.cols()).rank();
     found.ranks.push_back(static_cast<int>(rank));
