@@ -117,12 +117,12 @@ class Erk final : public OneStep {
 // is a singular configuration.
 bool Erk::is_overconstrained() {
   std::copy(y_.begin(), y_.end(), candidate_);
-  double far = 0.02;  // rad or m
+  double far = 0.02;  // in units of the joints
   int rank[2];
   for (int& of : rank) {
     if (system_.slope_within_step(time(), candidate_, result_) != Status::ok) return true;
     of = system_.independent_rows();
-    for (int i = 0; i < system_.simple(); ++i) candidate_[i] += far *= -0.97;
+    for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
   }
   return rank[1] > rank[0];
 }
