@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -49,6 +50,10 @@ class EnvelopeCholesky {
   // Whether the pivot of an independent row lost digits in the last factor().
   bool inexact() const { return inexact_; }
 
+  // Until it is called with `false`, only `rank()` rows may be independent in factor() and find_dependent():
+  // of the rows of the last factor, those with the largest pivots relative to their scale.
+  [[gnu::cold, gnu::noinline]] void hold_rank(bool hold);
+
   // Determines the dependent rows for factor_product() from the levers alone. J: rows x `columns`, row-major,
   // overwritten. bound: same shape, maximum absolute values of these levers over all configurations,
   // overwritten. A row is dependent if, after orthogonalization, no entry exceeds `sine_tolerance` times the
@@ -89,6 +94,12 @@ class EnvelopeCholesky {
 
  private:
   double tolerance_of(int row, double usual) const { return needed_[row] ? least_sine : usual; }
+  // A held row may depend on later rows, which its row of L cannot contain.
+  void leave_out(int row) {
+    for (int j = first_[row]; j <= row; ++j) entry(row, j) = Scalar(0);
+    skipped_[row] = true;
+    needed_[row] = false;
+  }
   bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
   template <class Operation>
   [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
@@ -110,8 +121,8 @@ class EnvelopeCholesky {
   std::vector<Scalar> S_;       // S, then L
   std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed on first use if rank deficient
   std::vector<Scalar> weight_;  // W: reciprocal scale of each row
-  std::vector<char> skipped_, needed_;
-  std::vector<Scalar> work_, along_, left_;
+  std::vector<char> skipped_, needed_, held_;
+  std::vector<Scalar> work_, along_, left_, free_rows_;
   int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
   std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
@@ -133,7 +144,7 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
   S_.assign(begin, Scalar(0));
   for (auto& gram : G_) gram.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
-  needed_ = skipped_;
+  needed_ = held_ = skipped_;
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
   if (!may_reorder || size() > largest_reordered) return;
@@ -154,6 +165,10 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
   has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
+    if (held_[i]) {
+      leave_out(i);
+      continue;
+    }
     const Scalar whole = entry(i, i);
     Scalar pivot = whole;
     for (int j = first_[i]; j < i; ++j) {
@@ -289,7 +304,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     const Scalar whole = row_length(own, columns);
     const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
-    if (!(whole > Scalar(0))) continue;
+    if (held_[i] || !(whole > Scalar(0))) continue;
     // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
@@ -322,6 +337,38 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   return any_unexplained;
 }
 
+// Gram-Schmidt on the rows of L, each divided by the root of its scale; the longest remaining row comes next.
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::hold_rank(bool hold) {
+  using std::sqrt;
+  const int n = size();
+  std::fill(held_.begin(), held_.end(), hold && rank_ < n);
+  if (!hold || rank_ == n) return;
+  const EnvelopeCholesky& L = reordered_now_ ? reordered_[0] : *this;
+  free_rows_.assign(static_cast<std::size_t>(n) * n, Scalar(0));
+  const auto free_row = [&](int row) { return free_rows_.data() + static_cast<std::ptrdiff_t>(row) * n; };
+  for (int row = 0; row < n; ++row) {
+    const int i = position(row);
+    for (int k = L.first_[i]; k <= i; ++k) free_row(row)[k] = L.S_[L.offset_[i] + k] * sqrt(L.weight_[i]);
+  }
+  for (int count = 0; count < rank_; ++count) {
+    int longest = 0;
+    Scalar most(0);
+    for (int row = 0; row < n; ++row) {
+      const Scalar length = held_[row] ? row_length(free_row(row), n) : Scalar(0);
+      if (length > most) most = length, longest = row;
+    }
+    held_[longest] = false;
+    for (int row = 0; row < n; ++row) {
+      if (!held_[row]) continue;
+      Scalar part(0);
+      for (int k = 0; k < n; ++k) part += free_row(row)[k] * free_row(longest)[k];
+      for (int k = 0; k < n && !is_zero(part); ++k)
+        free_row(row)[k] -= part / (most * most) * free_row(longest)[k];
+    }
+  }
+}
+
 template <class Scalar>
 bool EnvelopeCholesky<Scalar>::reorder() {
   if (reordered_.empty()) return false;
@@ -332,6 +379,7 @@ bool EnvelopeCholesky<Scalar>::reorder() {
       if (bool(skipped_[row]) != dependent) continue;
       reordered_[0].weight_[next] = weight_[row];
       reordered_[0].needed_[next] = needed_[row];
+      reordered_[0].held_[next] = held_[row];
       position_[row] = next++;
     }
   return true;
@@ -360,6 +408,11 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   has_gram_[false] = has_gram_[true] = false;
   for (int i = 0; i < size(); ++i) {
     Scalar* row = B + static_cast<std::ptrdiff_t>(i) * columns;
+    if (held_[i]) {
+      leave_out(i);
+      scale_row(row, columns, Scalar(0));
+      continue;
+    }
     const Scalar whole = row_length(row, columns);
     orthogonalize(B, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { entry(i, j) += part; });
@@ -394,7 +447,7 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
     L.work_[i] = L.along_[i] = 0;
     if (L.skipped_[i]) {
       const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight;
-      const bool now = !needed_[row] && part * part > size * (passage * pivot * pivot * pivot + least +
+      const bool now = !needed_[row] && !held_[row] && part * part > size * (passage * pivot * pivot * pivot + least +
                                                               violation * gap * gap / bound);
       if (now) needed_[row] = L.needed_[i] = any = true;
       continue;

@@ -52,17 +52,18 @@ class Erk final : public OneStep {
 
  private:
   struct Passing {
-    double barred = 0;  // 1: in overconstrained loops
+    double barred = 0;  // 1: after a start in a singular configuration
+    double rank = 0;    // of overconstrained loops; else 0
     // numbers of advances: since the inputs changed, and between the two changes before
     double held = 0, held_before = 0;
     // the step that passed the end of the last advance: it starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
-  static constexpr double Passing::*passing_parts[] = {&Passing::barred,      &Passing::held,
+  static constexpr double Passing::*passing_parts[] = {&Passing::barred,      &Passing::rank, &Passing::held,
                                                        &Passing::held_before, &Passing::origin,
                                                        &Passing::begin,       &Passing::length};
 
-  bool is_overconstrained();
+  void examine_loops();
   static bool slope(double time, const double* y, double* slope, void* self);
 
   bool takes_eighth() const { return choice_.eighth(); }
@@ -72,6 +73,7 @@ class Erk final : public OneStep {
 
   double affordable_steps() const override;
   bool keeps_slope() const { return steps_.ends_with_slope() && !system_.has_constraints(); }
+  Flag run(double first_step) override;
   bool begin_step(double h) override;
   double attempt_error(double h) override;
   Flag accept(double end, double h) override;
@@ -113,18 +115,19 @@ class Erk final : public OneStep {
   use_table();
 }
 
-// Whether rows that are dependent at the start become independent at other positions. Also true if the start
-// is a singular configuration.
-bool Erk::is_overconstrained() {
+// Loops are overconstrained if the rows that are independent at the start close them at another configuration,
+// too. Otherwise dependent rows show a singular configuration.
+void Erk::examine_loops() {
   std::copy(y_.begin(), y_.end(), candidate_);
+  const bool possible = system_.slope_within_step(time(), candidate_, result_) == Status::ok;
+  const int rank = system_.independent_rows();
+  if (possible && rank == system_.rows()) return;
+  system_.hold_rank(true);
   double far = 0.02;  // in units of the joints
-  int rank[2];
-  for (int& of : rank) {
-    if (system_.slope_within_step(time(), candidate_, result_) != Status::ok) return true;
-    of = system_.independent_rows();
-    for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
-  }
-  return rank[1] > rank[0];
+  for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
+  const bool closed = possible && system_.close_loops(time(), candidate_);
+  system_.hold_rank(false);
+  (closed ? passing_.rank : passing_.barred) = closed ? rank : 1;
 }
 
 void Erk::use_table() {
@@ -153,7 +156,7 @@ void Erk::choose_table(double remaining) {
 
 void Erk::forget_choice() {
   passing_ = {};
-  passing_.barred = !system_.plan().loops.empty() && is_overconstrained();
+  if (!system_.plan().loops.empty()) examine_loops();
   choice_.forget();
   use_table();
 }
@@ -191,14 +194,28 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
   return true;
 }
 
+// Stages leave the closed configurations, where overconstrained loops may have more independent rows and no
+// freedom to move: the rows that are dependent at the start of a step remain so.
 bool Erk::begin_step(double) {
+  if (passing_.rank > 0) {
+    system_.hold_rank(false);
+    slope_known_ = false;
+  }
   if (!slope_known_ && !slope(reached_, result_, slope_.data(), static_cast<OneStep*>(this))) return false;
   slope_known_ = true;
+  if (passing_.rank > 0 && system_.independent_rows() == static_cast<int>(passing_.rank))
+    system_.hold_rank(true);
   corners_.begin(system_, absolute(reached_), result_);
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
   error_weights_.evaluate(result_, weights_.data());
   error_weights_.weigh_work(system_, absolute(reached_), result_, weights_.data());
   return true;
+}
+
+OneStep::Flag Erk::run(double first_step) {
+  const Flag flag = OneStep::run(first_step);
+  if (passing_.rank > 0) system_.hold_rank(false);
+  return flag;
 }
 
 double Erk::attempt_error(double h) {

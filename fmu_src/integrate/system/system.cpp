@@ -220,6 +220,10 @@ int System::independent_rows() const {
   return rank;
 }
 
+void System::hold_rank(bool hold) {
+  for (auto& S : workspace_.loop.S) S.hold_rank(hold);
+}
+
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);

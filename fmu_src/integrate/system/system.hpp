@@ -157,7 +157,10 @@ class System {
   static constexpr double rank_violation = 1e-11;  // larger after projection: the rank was too small
   static constexpr double violation = 1e-8;        // a loop is violated
   bool loops_are_violated() const;                 // the last project omitted necessary rows
-  int independent_rows() const;                    // in the last right_hand_side
+  int rows() const { return static_cast<int>(workspace_.loop.b.size()); }
+  int independent_rows() const;  // in the last right_hand_side
+  // Only so many rows remain independent until the call with `false`.
+  void hold_rank(bool hold);
 
   // Accelerations of all joints at (time, y) into qdd (plan().nv): the same solve as the right-hand side.
   Status accelerations(double time, const double* y, double* qdd);

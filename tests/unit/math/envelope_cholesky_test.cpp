@@ -111,6 +111,33 @@ TEST_P(EnvelopeFactor, dependent_rows_of_any_units_change_nothing_but_the_norm) 
 }
 
 // Two directions of one point, one of which fades away: rounding in its place is no constraint.
+// Noise makes all rows independent: only as many as before are used, and these are satisfied.
+TEST_P(EnvelopeFactor, a_held_rank_outlasts_noise) {
+  const Banded banded(random, 12, 4, 0.3);
+  EnvelopeCholesky<double> L = factored(banded.first, banded.S);
+  const int rank = L.rank();
+  Matrix noisy = banded.S;
+  noisy.diagonal().array() += 1e-3;
+  const Vector scale = noisy.diagonal(), b = Vector::Ones(12);
+  for (const bool held : {true, false}) {
+    L.hold_rank(held);
+    L.set_zero();
+    for (int i = 0; i < 12; ++i)
+      for (int j = banded.first[i]; j <= i; ++j) L.entry(i, j) = noisy(i, j);
+    L.factor(scale.data(), pivot_tolerance);
+    EXPECT_EQ(L.rank(), held ? rank : 12);
+    Vector x(12);
+    L.solve(b.data(), x.data());
+    L.reduce_norm(x.data());
+    for (int i = 0; i < 12; ++i) {
+      if (L.dependent(i))
+        EXPECT_EQ(x[i], 0);
+      else
+        EXPECT_NEAR(noisy.row(i).dot(x), 1, 1e-9);
+    }
+  }
+}
+
 TEST(EnvelopeCholesky, a_row_far_below_its_scale_is_dependent) {
   EnvelopeCholesky<double> S({0, 0});
   S.set_zero();
