@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "math/dual.hpp"
+#include "math/row_operations.hpp"
 
 namespace redysim {
 
@@ -191,66 +191,6 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
   }
 }
 
-// Subtracts from row i its components along rows first..i - 1 that are not skipped, twice for accuracy. Calls
-// note(j, component) for each component.
-template <class Scalar, class Note>
-void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vector<char>& skipped, Note note) {
-  Scalar* row = rows + static_cast<std::ptrdiff_t>(i) * columns;
-  for (int repeat = 0; repeat < 2; ++repeat)
-    for (int j = first; j < i; ++j) {
-      if (skipped[j]) continue;
-      const Scalar* other = rows + static_cast<std::ptrdiff_t>(j) * columns;
-      Scalar part(0);
-      for (int k = 0; k < columns; ++k) part += row[k] * other[k];
-      if (is_zero(part)) continue;  // often: loops without a common joint
-      for (int k = 0; k < columns; ++k) row[k] -= part * other[k];
-      note(j, part);
-    }
-}
-
-template <class Scalar>
-Scalar row_length(const Scalar* row, int columns) {
-  using std::sqrt;
-  Scalar sum(0);
-  for (int k = 0; k < columns; ++k) sum += row[k] * row[k];
-  return sqrt(sum);
-}
-
-// Whether any entry exceeds this fraction of its bound.
-template <class Scalar>
-bool exceeds(const Scalar* row, const Scalar* bound, int columns, double fraction) {
-  using std::abs;
-  for (int k = 0; k < columns; ++k)
-    if (abs(row[k]) > fraction * bound[k]) return true;
-  return false;
-}
-
-template <class Scalar>
-void scale_row(Scalar* row, int columns, const Scalar& factor) {
-  for (int k = 0; k < columns; ++k) row[k] *= factor;
-}
-
-// `sum` plus the entries of rows first..i - 1 that are not skipped, each times its weight.
-template <class Scalar, class Entry>
-Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
-                const std::vector<char>& skipped, Entry entry) {
-  for (int j = first; j < i; ++j)
-    if (!skipped[j]) sum += weights[j] * entry(j);
-  return sum;
-}
-
-// Adds to the bounds of row i those of rows first..i - 1 that are not skipped, each times its weight.
-template <class Scalar>
-void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<char>& skipped,
-                const std::vector<Scalar>& weights) {
-  Scalar* const own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-  for (int j = first; j < i; ++j) {
-    if (skipped[j] || is_zero(weights[j])) continue;
-    const Scalar* const other = bound + static_cast<std::ptrdiff_t>(j) * columns;
-    for (int k = 0; k < columns; ++k) own[k] += weights[j] * other[k];
-  }
-}
-
 // Maximum of |J(j, k)| and its bound.
 template <class Scalar>
 Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int k) {
@@ -301,10 +241,10 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-    const Scalar whole = row_length(own, columns);
+    const Scalar whole = Scalar(!held_[i]) * row_length(own, columns);
     const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
-    if (held_[i] || !(whole > Scalar(0))) continue;
+    if (!(whole > Scalar(0))) continue;
     // normalizes the row: its entries are at most one
     scale_row(row, columns, Scalar(1) / whole);
     scale_row(own, columns, Scalar(1) / whole);
@@ -359,13 +299,8 @@ void EnvelopeCholesky<Scalar>::hold_rank(bool hold) {
       if (length > most) most = length, longest = row;
     }
     held_[longest] = false;
-    for (int row = 0; row < n; ++row) {
-      if (!held_[row]) continue;
-      Scalar part(0);
-      for (int k = 0; k < n; ++k) part += free_row(row)[k] * free_row(longest)[k];
-      for (int k = 0; k < n && !is_zero(part); ++k)
-        free_row(row)[k] -= part / (most * most) * free_row(longest)[k];
-    }
+    for (int row = 0; row < n; ++row)
+      if (held_[row]) subtract_component(free_row(row), free_row(longest), most * most, n);
   }
 }
 
@@ -447,8 +382,9 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
     L.work_[i] = L.along_[i] = 0;
     if (L.skipped_[i]) {
       const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight;
-      const bool now = !needed_[row] && !held_[row] && part * part > size * (passage * pivot * pivot * pivot + least +
-                                                              violation * gap * gap / bound);
+      const bool now =
+          !needed_[row] && !held_[row] &&
+          part * part > size * (passage * pivot * pivot * pivot + least + violation * gap * gap / bound);
       if (now) needed_[row] = L.needed_[i] = any = true;
       continue;
     }

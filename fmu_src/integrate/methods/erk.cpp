@@ -59,9 +59,9 @@ class Erk final : public OneStep {
     // the step that passed the end of the last advance: it starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
-  static constexpr double Passing::*passing_parts[] = {&Passing::barred,      &Passing::rank, &Passing::held,
-                                                       &Passing::held_before, &Passing::origin,
-                                                       &Passing::begin,       &Passing::length};
+  static constexpr double Passing::*passing_parts[] = {
+      &Passing::barred, &Passing::rank,  &Passing::held,  &Passing::held_before,
+      &Passing::origin, &Passing::begin, &Passing::length};
 
   void examine_loops();
   static bool slope(double time, const double* y, double* slope, void* self);
@@ -115,8 +115,8 @@ class Erk final : public OneStep {
   use_table();
 }
 
-// Loops are overconstrained if the rows that are independent at the start close them at another configuration,
-// too. Otherwise dependent rows show a singular configuration.
+// Loops are overconstrained if the rows that are independent at the start close them at another
+// configuration, too. Otherwise dependent rows show a singular configuration.
 void Erk::examine_loops() {
   std::copy(y_.begin(), y_.end(), candidate_);
   const bool possible = system_.slope_within_step(time(), candidate_, result_) == Status::ok;

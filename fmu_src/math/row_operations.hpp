@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "math/dual.hpp"
+
+// Rows of a row-major matrix, `columns` numbers each.
+
+namespace redysim {
+
+// Subtracts from row i its components along rows first..i - 1 that are not skipped, twice for accuracy. Calls
+// note(j, component) for each component.
+template <class Scalar, class Note>
+void orthogonalize(Scalar* rows, int columns, int i, int first, const std::vector<char>& skipped, Note note) {
+  Scalar* row = rows + static_cast<std::ptrdiff_t>(i) * columns;
+  for (int repeat = 0; repeat < 2; ++repeat)
+    for (int j = first; j < i; ++j) {
+      if (skipped[j]) continue;
+      const Scalar* other = rows + static_cast<std::ptrdiff_t>(j) * columns;
+      Scalar part(0);
+      for (int k = 0; k < columns; ++k) part += row[k] * other[k];
+      if (is_zero(part)) continue;  // often: loops without a common joint
+      for (int k = 0; k < columns; ++k) row[k] -= part * other[k];
+      note(j, part);
+    }
+}
+
+template <class Scalar>
+Scalar row_length(const Scalar* row, int columns) {
+  using std::sqrt;
+  Scalar sum(0);
+  for (int k = 0; k < columns; ++k) sum += row[k] * row[k];
+  return sqrt(sum);
+}
+
+// Whether any entry exceeds this fraction of its bound.
+template <class Scalar>
+bool exceeds(const Scalar* row, const Scalar* bound, int columns, double fraction) {
+  using std::abs;
+  for (int k = 0; k < columns; ++k)
+    if (abs(row[k]) > fraction * bound[k]) return true;
+  return false;
+}
+
+template <class Scalar>
+void scale_row(Scalar* row, int columns, const Scalar& factor) {
+  for (int k = 0; k < columns; ++k) row[k] *= factor;
+}
+
+// `sum` plus the entries of rows first..i - 1 that are not skipped, each times its weight.
+template <class Scalar, class Entry>
+Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
+                const std::vector<char>& skipped, Entry entry) {
+  for (int j = first; j < i; ++j)
+    if (!skipped[j]) sum += weights[j] * entry(j);
+  return sum;
+}
+
+// Adds to the bounds of row i those of rows first..i - 1 that are not skipped, each times its weight.
+template <class Scalar>
+void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<char>& skipped,
+                const std::vector<Scalar>& weights) {
+  Scalar* const own = bound + static_cast<std::ptrdiff_t>(i) * columns;
+  for (int j = first; j < i; ++j) {
+    if (skipped[j] || is_zero(weights[j])) continue;
+    const Scalar* const other = bound + static_cast<std::ptrdiff_t>(j) * columns;
+    for (int k = 0; k < columns; ++k) own[k] += weights[j] * other[k];
+  }
+}
+
+// Subtracts from a row its component along another one.
+template <class Scalar>
+void subtract_component(Scalar* row, const Scalar* along, const Scalar& squared_length, int columns) {
+  Scalar part(0);
+  for (int k = 0; k < columns; ++k) part += row[k] * along[k];
+  if (is_zero(part)) return;
+  part /= squared_length;
+  for (int k = 0; k < columns; ++k) row[k] -= part * along[k];
+}
+
+}  // namespace redysim
