@@ -199,11 +199,13 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
 bool Erk::begin_step(double) {
   if (passing_.rank > 0) {
     system_.hold_rank(false);
-    slope_known_ = false;
+    // other states have been evaluated after a known slope; max_rhs allows no repetition
+    slope_known_ = slope_known_ && settings_.max_rhs > 0;
   }
+  const bool determines_rank = passing_.rank > 0 && !slope_known_;
   if (!slope_known_ && !slope(reached_, result_, slope_.data(), static_cast<OneStep*>(this))) return false;
   slope_known_ = true;
-  if (passing_.rank > 0 && system_.independent_rows() == static_cast<int>(passing_.rank))
+  if (determines_rank && system_.independent_rows() == static_cast<int>(passing_.rank))
     system_.hold_rank(true);
   corners_.begin(system_, absolute(reached_), result_);
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
