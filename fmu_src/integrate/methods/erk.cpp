@@ -127,7 +127,10 @@ void Erk::examine_loops() {
   for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
   const bool closed = possible && system_.close_loops(time(), candidate_);
   system_.hold_rank(false);
-  (closed ? passing_.rank : passing_.barred) = closed ? rank : 1;
+  if (closed)
+    passing_.rank = rank;
+  else
+    passing_.barred = 1;
 }
 
 void Erk::use_table() {

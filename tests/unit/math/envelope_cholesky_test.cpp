@@ -110,7 +110,6 @@ TEST_P(EnvelopeFactor, dependent_rows_of_any_units_change_nothing_but_the_norm) 
   EXPECT_LT(left.lpNorm<Eigen::Infinity>(), 1e-9 * (1 + (units.asDiagonal() * x).lpNorm<Eigen::Infinity>()));
 }
 
-// Two directions of one point, one of which fades away: rounding in its place is no constraint.
 // Noise makes all rows independent: only as many as before are used, and these are satisfied.
 TEST_P(EnvelopeFactor, a_held_rank_outlasts_noise) {
   const Banded banded(random, 12, 4, 0.3);
@@ -138,6 +137,7 @@ TEST_P(EnvelopeFactor, a_held_rank_outlasts_noise) {
   }
 }
 
+// Two directions of one point, one of which fades away: rounding in its place is no constraint.
 TEST(EnvelopeCholesky, a_row_far_below_its_scale_is_dependent) {
   EnvelopeCholesky<double> S({0, 0});
   S.set_zero();

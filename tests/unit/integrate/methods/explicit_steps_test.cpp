@@ -96,7 +96,6 @@ TEST(ExplicitSteps, loops_are_closed_where_a_step_passes_the_end_of_an_advance) 
   EXPECT_LT(rig.integrator->statistics().steps, 50);
 }
 
-// Stages of long steps lie far from the constraints.
 // Stages of long steps lie far from the closed configurations, where dependent rows become independent and
 // would stop the mechanism.
 TEST(ExplicitSteps, errors_of_overconstrained_loops_follow_the_tolerance) {
