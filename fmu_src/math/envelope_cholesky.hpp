@@ -241,7 +241,7 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-    const Scalar whole = Scalar(!held_[i]) * row_length(own, columns);
+    const Scalar whole = Scalar(!held_[i]) * row_length(own, columns);  // held rows count as zero
     const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
     if (!(whole > Scalar(0))) continue;

@@ -167,7 +167,7 @@ def test_five_bar_hand_is_where_both_arms_reach(fmu):
 def test_gap_and_energy_through_singular_and_redundant_positions(fmu, model, stop, method):
     with Slave(fmu(model)) as slave:
         slave.initialize(start={**TIGHT, "solver.method": method})
-        # a Jacobian and its exponential in each step: 40 loops for a tenth of the time
+        # a Jacobian of 60 states and its exponential in each step: a tenth of the time
         record = run(slave, 0.1 if (model, method) == ("four_bar_chain", "exponential") else stop, 0.01)
         assert record["gap"].max() < 1e-12
         assert np.abs(record["balance"]).max() < 20 * TIGHT["solver.rtol"] * max(1, record["kinetic"].max())
