@@ -11,6 +11,8 @@ ctest --test-dir "$folder" --verbose --quiet --timeout 900 --output-log "$log" -
 # In the log, lines of test program 1 begin with "1: ", and "11/11 Test #1: unit ... Passed" follows them. Of a program that
 # failed, all lines but those of its passed tests are shown. Programs without GoogleTest count as one test.
 awk '
+  split_line { $0 = split_line $0; split_line = "" }  # before CMake 4 the result is on the next line
+  / Test +#[0-9]+:/ && !/ sec *$/ { split_line = $0; next }
   $1 ~ /^[0-9]+:$/ {
     if (/\[ RUN  /) { running[$1] = $0 "\n"; next }
     if (/\[       OK /) { running[$1] = ""; ++passed[$1]; next }
