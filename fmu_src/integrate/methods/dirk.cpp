@@ -243,9 +243,11 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
   }
   ++self.statistics_.evaluations;
   newton_matrix(self.linear_solver_).set_present(data(y));
+  if (time == self.step_begin_) self.release_rank();
   const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
   if (status == Status::ok) self.corners_.note(self.system_, self.absolute(time), data(y));
   if (time == self.step_begin_ && status == Status::ok) {
+    self.hold_rank();
     if (time == self.since_) {
       std::memcpy(self.slope_.data(), slope, bytes);
       self.begin_slope_ = self.slope_.data();
@@ -328,7 +330,7 @@ OneStep::Flag Dirk::run(double first_step) {
   unsolved_before_ = unsolved();
   too_short_ = false;
   step_begin_ = since_;
-  begin_slope_ = slope_known_ ? slope_.data() : nullptr;
+  begin_slope_ = slope_known_ && !is_overconstrained() ? slope_.data() : nullptr;
   if (!warming_up_) corners_.begin(system_, absolute(since_), y_.data());
   std::copy(y_.begin(), y_.end(), data(start_));
   ARKStepSetMaxNumSteps(ark, allowed_);

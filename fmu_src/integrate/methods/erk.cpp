@@ -42,28 +42,22 @@ class Erk final : public OneStep {
   double allowed_step() const override {
     return takes_eighth() ? OneStep::allowed_step() / choice_.gain() : OneStep::allowed_step();
   }
-  // Not in overconstrained loops: stages of long steps lie far from the constraints, where dependent rows may
-  // become independent, and errors do not follow the tolerance (bennett: 2000 rtol). Contacts end steps.
-  // max_rhs requires an even load of the advances.
+  // Contacts end steps, max_rhs requires an even load of the advances.
   bool passes_ends() const override {
-    return passing_.barred == 0 && !system_.plan().has_contacts() && !has_backlash(system_) &&
+    return !starts_singular_ && !system_.plan().has_contacts() && !has_backlash(system_) &&
            !(settings_.max_rhs > 0);
   }
 
  private:
   struct Passing {
-    double barred = 0;  // 1: after a start in a singular configuration
-    double rank = 0;    // of overconstrained loops; else 0
     // numbers of advances: since the inputs changed, and between the two changes before
     double held = 0, held_before = 0;
     // the step that passed the end of the last advance: it starts `begin` after `origin`; length 0: none
     double origin = 0, begin = 0, length = 0;
   };
-  static constexpr double Passing::*passing_parts[] = {
-      &Passing::barred, &Passing::rank,  &Passing::held,  &Passing::held_before,
-      &Passing::origin, &Passing::begin, &Passing::length};
+  static constexpr double Passing::*passing_parts[] = {&Passing::held, &Passing::held_before,
+                                                       &Passing::origin, &Passing::begin, &Passing::length};
 
-  void examine_loops();
   static bool slope(double time, const double* y, double* slope, void* self);
 
   bool takes_eighth() const { return choice_.eighth(); }
@@ -72,8 +66,11 @@ class Erk final : public OneStep {
   const ExplicitTable& table_in_use() const { return takes_eighth() ? dop853 : lower_; }
 
   double affordable_steps() const override;
+  // the search for contacts uses the workspace
+  bool evaluated_candidate() const override {
+    return steps_.ends_with_slope() && !system_.plan().has_contacts();
+  }
   bool keeps_slope() const { return steps_.ends_with_slope() && !system_.has_constraints(); }
-  Flag run(double first_step) override;
   bool begin_step(double h) override;
   double attempt_error(double h) override;
   Flag accept(double end, double h) override;
@@ -115,24 +112,6 @@ class Erk final : public OneStep {
   use_table();
 }
 
-// Loops are overconstrained if the rows that are independent at the start close them at another
-// configuration, too. Otherwise dependent rows show a singular configuration.
-void Erk::examine_loops() {
-  std::copy(y_.begin(), y_.end(), candidate_);
-  const bool possible = system_.slope_within_step(time(), candidate_, result_) == Status::ok;
-  const int rank = system_.independent_rows();
-  if (possible && rank == system_.rows()) return;
-  system_.hold_rank(true);
-  double far = 0.02;  // in units of the joints
-  for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
-  const bool closed = possible && system_.close_loops(time(), candidate_);
-  system_.hold_rank(false);
-  if (closed)
-    passing_.rank = rank;
-  else
-    passing_.barred = 1;
-}
-
 void Erk::use_table() {
   steps_.use(table_in_use());
   set_error_order(table_in_use().error_order);
@@ -159,7 +138,6 @@ void Erk::choose_table(double remaining) {
 
 void Erk::forget_choice() {
   passing_ = {};
-  if (!system_.plan().loops.empty()) examine_loops();
   choice_.forget();
   use_table();
 }
@@ -197,30 +175,21 @@ bool Erk::slope(double time, const double* y, double* slope, void* self_pointer)
   return true;
 }
 
-// Stages leave the closed configurations, where overconstrained loops may have more independent rows and no
-// freedom to move: the rows that are dependent at the start of a step remain so.
 bool Erk::begin_step(double) {
-  if (passing_.rank > 0) {
-    system_.hold_rank(false);
+  if (is_overconstrained()) {
+    release_rank();
     // other states have been evaluated after a known slope; max_rhs allows no repetition
     slope_known_ = slope_known_ && settings_.max_rhs > 0;
   }
-  const bool determines_rank = passing_.rank > 0 && !slope_known_;
+  const bool determines_rank = !slope_known_;
   if (!slope_known_ && !slope(reached_, result_, slope_.data(), static_cast<OneStep*>(this))) return false;
   slope_known_ = true;
-  if (determines_rank && system_.independent_rows() == static_cast<int>(passing_.rank))
-    system_.hold_rank(true);
+  if (determines_rank) hold_rank();
   corners_.begin(system_, absolute(reached_), result_);
   std::copy(slope_.begin(), slope_.end(), steps_.first_slope());
   error_weights_.evaluate(result_, weights_.data());
   error_weights_.weigh_work(system_, absolute(reached_), result_, weights_.data());
   return true;
-}
-
-OneStep::Flag Erk::run(double first_step) {
-  const Flag flag = OneStep::run(first_step);
-  if (passing_.rank > 0) system_.hold_rank(false);
-  return flag;
 }
 
 double Erk::attempt_error(double h) {

@@ -42,7 +42,8 @@ bool OneStep::repeat(double end, double& h, double error) {
 }
 
 bool OneStep::close(double time, double* y) {
-  return !system_.has_constraints() || system_.project(absolute(time), y, nullptr) == Status::ok;
+  return !system_.has_constraints() ||
+         system_.project(absolute(time), y, nullptr, evaluated_candidate()) == Status::ok;
 }
 
 Outcome OneStep::start(double time, const double* y) {
@@ -52,8 +53,28 @@ Outcome OneStep::start(double time, const double* y) {
   needs_first_step_ = true;
   slope_known_ = false;
   statistics_ = {};
+  examine_loops();
   forget_choice();
   return check_start(time, y_);
+}
+
+// Loops are overconstrained if the rows that are independent at the start close them at another
+// configuration, too. Otherwise dependent rows show a singular configuration.
+void OneStep::examine_loops() {
+  rank_ = 0;
+  starts_singular_ = false;
+  if (system_.plan().loops.empty()) return;
+  std::copy(y_.begin(), y_.end(), candidate_);
+  const bool possible = system_.slope_within_step(time(), candidate_, result_) == Status::ok;
+  const int rank = system_.independent_rows();
+  if (possible && rank == system_.rows()) return;
+  system_.hold_rank(true);
+  double far = 0.02;  // in units of the joints
+  for (int i = 0; i < system_.simple(); ++i) candidate_[i] += (far *= -0.97) * system_.scales()[i];
+  const bool closed = possible && system_.close_loops(time(), candidate_);
+  system_.hold_rank(false);
+  starts_singular_ = !closed;
+  if (closed) rank_ = rank;
 }
 
 void OneStep::set_state(const double* y) {
@@ -109,6 +130,7 @@ OneStep::Flag OneStep::attempt() {
     slope_known_ = system_.right_hand_side(time(), y_.data(), slope_.data()) == Status::ok;
   }
   const Flag flag = run(step_from(since_, y_.data()));
+  release_rank();
   // inner steps may violate a loop slightly near a singular position, the last one must not
   return flag == Flag::done && system_.loops_are_violated() ? Flag::not_closed : flag;
 }
@@ -314,6 +336,8 @@ void OneStep::save(std::vector<unsigned char>& bytes) const {
   writer.put(control_.previous_error());
   writer.put(needs_first_step_);
   writer.put(slope_known_);
+  writer.put(rank_);
+  writer.put(starts_singular_);
   writer.put(y_.data(), y_.size());
   writer.put(slope_.data(), slope_.size());
   writer.put(system_.searched().data(), system_.searched().size());
@@ -327,7 +351,8 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   if (!matches(reader, state_header(system_, settings_, method_))) return false;
   double origin = 0, since = 0, wanted = 0, previous_error = 0;
-  unsigned char fresh = 0, slope_known = 0;
+  unsigned char fresh = 0, slope_known = 0, starts_singular = 0;
+  int rank = 0;
   std::vector<double> y(y_.size()), slope(slope_.size()), searched(system_.searched().size());
   Statistics statistics;
   reader.get(origin);
@@ -336,12 +361,15 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   reader.get(previous_error);
   reader.get(fresh);
   reader.get(slope_known);
+  reader.get(rank);
+  reader.get(starts_singular);
   reader.get(y.data(), y.size());
   reader.get(slope.data(), slope.size());
   reader.get(searched.data(), searched.size());
   get(reader, statistics);
   const bool steps_possible = fresh == 1 || (wanted > 0 && previous_error > 0);
-  if (!std::isfinite(origin) || !std::isfinite(since) || fresh > 1 || slope_known > 1 || !steps_possible)
+  if (!std::isfinite(origin) || !std::isfinite(since) || fresh > 1 || slope_known > 1 ||
+      starts_singular > 1 || !steps_possible)
     return false;
   if (!get_choice(reader)) return false;
 
@@ -351,6 +379,8 @@ bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   control_.restore(wanted, previous_error);
   needs_first_step_ = fresh;
   slope_known_ = slope_known;
+  rank_ = rank;
+  starts_singular_ = starts_singular;
   y_.swap(y);
   slope_.swap(slope);
   system_.searched().swap(searched);

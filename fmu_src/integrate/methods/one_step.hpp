@@ -71,6 +71,9 @@ class OneStep : public Integrator {
   virtual double affordable_steps() const { return std::numeric_limits<double>::infinity(); }
   double affordable() const;  // number of right-hand sides left in the advance
 
+  // Whether the last right-hand side of an accepted step was that of candidate_.
+  virtual bool evaluated_candidate() const { return false; }
+
   virtual double stability() const { return 1; }  // stability interval on the negative real axis
 
   // A method with several tables chooses one for the rest of an advance, and again after a number of steps.
@@ -102,6 +105,17 @@ class OneStep : public Integrator {
   void repeat_up_to(double h) { touch_ = h; }        // ends the run, to continue with a step of size h
   bool close(double time, double* y);                // projects onto the constraints
 
+  // Stages leave the closed configurations, where overconstrained loops may have more independent rows and no
+  // freedom to move: the rows that are dependent at the start of a step remain so until its end. Both do
+  // nothing in other loops. Call hold_rank after the slope at the start has been evaluated.
+  bool is_overconstrained() const { return rank_ > 0; }
+  void hold_rank() {
+    if (is_overconstrained() && system_.independent_rows() == rank_) system_.hold_rank(true);
+  }
+  void release_rank() {
+    if (is_overconstrained()) system_.hold_rank(false);
+  }
+
   System& system_;
   SolverSettings settings_;
   ErrorWeights error_weights_;
@@ -115,6 +129,8 @@ class OneStep : public Integrator {
   std::vector<double> y_;
   std::vector<double> slope_;  // f(time(), y_) with the last inputs, if slope_known_
   bool slope_known_ = false;
+  int rank_ = 0;                  // of overconstrained loops; else 0
+  bool starts_singular_ = false;  // the start is a singular configuration
   Statistics statistics_;
 
   // data of the present advance
@@ -131,6 +147,7 @@ class OneStep : public Integrator {
   // advance out of reach; failure.
   enum class RunEnd { arrived, paused, hopeless, failed };
 
+  void examine_loops();
   bool first_step_from_here();
   void begin_account();
   void forget_goal() {

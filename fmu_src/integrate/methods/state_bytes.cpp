@@ -4,7 +4,7 @@ namespace redysim {
 
 StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method) {
   constexpr std::uint32_t magic = 0x49534452;  // "RDSI"
-  constexpr std::uint32_t version = 10;        // also of the data after the header
+  constexpr std::uint32_t version = 11;        // also of the data after the header
   return {magic,           version,       static_cast<std::uint32_t>(method),
           system.nq(),     system.nv(),   system.size(),
           settings.rtol,   settings.atol, settings.max_step,

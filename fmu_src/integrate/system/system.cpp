@@ -230,22 +230,32 @@ void System::set_residuals(double time, const double* y) {
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
 
-Status System::project(double time, double* y, double* error) {
+// Whether no row was near dependence in the last elimination, so that no pivot tolerance changes it.
+bool System::has_clear_rank() const {
+  bool clear = true;
+  for (std::size_t c = 0; c < plan_.clusters.size(); ++c) {
+    const auto& S = workspace_.loop.S[c];
+    clear = clear && (is_by_fronts(plan_, workspace_.loop, c) || (S.rank() == S.size() && !S.doubtful()));
+  }
+  return clear;
+}
+
+Status System::project(double time, double* y, double* error, bool evaluated) {
   if (!plan_.has_constraints()) return Status::ok;
   workspace_.loop.pivot_tolerance = projection_pivot_tolerance;
-  Status status = project_within_rank(time, y, error);
+  Status status = project_within_rank(time, y, error, evaluated && has_clear_rank());
   if (status == Status::ok && relative_violation(workspace_.loop, false) > rank_violation) {
     // constraints that are nearly dependent everywhere, not only near this position
     workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
-    status = project_within_rank(time, y, error);
+    status = project_within_rank(time, y, error, false);
   }
   workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
   return status;
 }
 
-Status System::project_within_rank(double time, double* y, double* error) {
+Status System::project_within_rank(double time, double* y, double* error, bool eliminated) {
   // one elimination at the start is used for all corrections: they are small
-  if (accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
+  if (!eliminated && accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
   charts_kept_ = true;
   set_residuals(time, y);
   const double gap = reduce_residual(time, y, false), rate = reduce_residual(time, y, true);

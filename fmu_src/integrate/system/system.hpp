@@ -139,9 +139,10 @@ class System {
   void slope_from(const double* y, const double* qdd, double* ydot) const;
 
   // Moves y to the nearest point (mass metric) that satisfies the loop constraints of positions and
-  // velocities. `error` (length size(), may be null): an error estimate, projected likewise.
+  // velocities. `error` (length size(), may be null): an error estimate, projected likewise. `evaluated`: the
+  // last right_hand_side was at (time, y).
   bool has_constraints() const { return plan_.has_constraints(); }
-  Status project(double time, double* y, double* error);
+  Status project(double time, double* y, double* error, bool evaluated = false);
   bool close_loops(double time, double* y) {  // as project; false: a loop remains violated
     return !has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   }
@@ -222,7 +223,8 @@ class System {
   template <bool fill_workspace>
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
-  Status project_within_rank(double time, double* y, double* error);
+  bool has_clear_rank() const;
+  Status project_within_rank(double time, double* y, double* error, bool eliminated);
   double reduce_residual(double time, double* y, bool velocity);
   void expand_ball(int ball, const double* y);
   Coordinates coordinates_of_all(double time, const double* y);

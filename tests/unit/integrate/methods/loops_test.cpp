@@ -59,5 +59,33 @@ TEST_P(LoopsStayClosed, all_methods_find_the_same_motion) {
   EXPECT_LT(test::largest_difference(run(GetParam(), 1e-8), run(SolverMethod::erk, 1e-11)), 2e-5);
 }
 
+// Stages lie far from the closed configurations, where dependent rows become independent and would stop the
+// mechanism.
+void expect_errors_follow_the_tolerance(const char* model, SolverMethod method,
+                                        const std::vector<int>& advances) {
+  Rig exact(model, solver(SolverMethod::adams, 1e-13));
+  for (int k = 1; k <= 100; ++k) ASSERT_TRUE(exact.integrator->advance(k * 1e-2, k == 1).ok);
+  for (const double rtol : {1e-4, 1e-6, 1e-8, 1e-10})
+    for (const int count : advances) {
+      Rig rig(model, solver(method, rtol));
+      for (int k = 1; k <= count; ++k)
+        ASSERT_TRUE(rig.integrator->advance(static_cast<double>(k) / count, k == 1).ok);
+      for (int k = 0; k < rig.system.nq(); ++k)
+        EXPECT_NEAR(rig.state()[static_cast<std::size_t>(k)], exact.state()[static_cast<std::size_t>(k)],
+                    20 * rtol)
+            << model << ' ' << rtol << ' ' << count;
+      if (rtol == 1e-4) {
+        EXPECT_LT(rig.integrator->statistics().evaluations, 500) << model << ' ' << count;
+      }
+    }
+}
+
+TEST(OverconstrainedLoops, errors_follow_the_tolerance) {
+  for (const char* model : {"bennett", "iftomm_bricard"}) {
+    expect_errors_follow_the_tolerance(model, SolverMethod::erk, {2, 20, 100, 1000});
+    expect_errors_follow_the_tolerance(model, SolverMethod::dirk, {2, 10});
+  }
+}
+
 }  // namespace
 }  // namespace redysim
