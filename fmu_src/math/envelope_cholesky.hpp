@@ -241,16 +241,12 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-    const Scalar whole = Scalar(!held_[i]) * row_length(own, columns);  // held rows count as zero
     const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
-    if (!(whole > Scalar(0))) continue;
-    // normalizes the row: its entries are at most one
-    scale_row(row, columns, Scalar(1) / whole);
-    scale_row(own, columns, Scalar(1) / whole);
+    if (held_[i] || !normalize(row, own, columns)) continue;
     // a small row would have inaccurate components along other rows
     if (!exceeds(row, own, columns, least)) {
-      any_unexplained = any_unexplained || exceeds(row, own, columns, unexplained);
+      any_unexplained |= exceeds(row, own, columns, unexplained);
       continue;
     }
     std::vector<Scalar>& part_of = work_;

@@ -49,6 +49,16 @@ void scale_row(Scalar* row, int columns, const Scalar& factor) {
   for (int k = 0; k < columns; ++k) row[k] *= factor;
 }
 
+// Divides a row and its bounds by the length of the bounds: its entries are at most one. False: no bounds.
+template <class Scalar>
+bool normalize(Scalar* row, Scalar* bound, int columns) {
+  const Scalar length = row_length(bound, columns);
+  if (!(length > Scalar(0))) return false;
+  scale_row(row, columns, Scalar(1) / length);
+  scale_row(bound, columns, Scalar(1) / length);
+  return true;
+}
+
 // `sum` plus the entries of rows first..i - 1 that are not skipped, each times its weight.
 template <class Scalar, class Entry>
 Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
