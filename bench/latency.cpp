@@ -18,8 +18,9 @@ using redysim::bench::heap_bytes;
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int starts = 51;      // instantiations and initialisations whose median is taken
-constexpr double waking = 3e8;  // ns: a processor that idled is slow at first
+constexpr int starts = 51;          // instantiations and initialisations whose median is taken
+constexpr double waking = 3e8;      // ns: a processor that idled is slow at first
+constexpr double most_bytes = 8e9;  // more instances at once are not measured
 
 double ns_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::nano>(Clock::now() - begin).count();
@@ -54,7 +55,8 @@ class Bench {
     steps("constant", false);
     if (!job_.inputs.empty()) steps("changing", true);
     json_.key("many").begin_array();
-    for (long count : job_.instances) many(static_cast<std::size_t>(count));
+    for (long count : job_.instances)
+      if (static_cast<double>(count) * bytes_ <= most_bytes) many(static_cast<std::size_t>(count));
     json_.end_array();
   }
 
@@ -79,7 +81,6 @@ class Bench {
 
   void start_cost() {
     std::vector<double> instantiate, initialisation;
-    double bytes = 0;
     for (int i = 0; i < starts; ++i) {
       const double before = heap_bytes();
       auto begin = Clock::now();
@@ -90,12 +91,12 @@ class Bench {
       initialisation.push_back(ns_since(begin));
       if (fmu_.do_step(instance, 0, job_.step, fmi2True) != fmi2OK)
         throw std::runtime_error("first step failed");
-      bytes = heap_bytes() - before;
+      bytes_ = heap_bytes() - before;
       fmu_.free_instance(instance);
     }
     json_.member("instantiate_ns", quantile(instantiate, 0.5))
         .member("initialise_ns", quantile(initialisation, 0.5));
-    json_.member("bytes", bytes);
+    json_.member("bytes", bytes_);
   }
 
   // Steps one after the other, in runs that each begin at the start; every reading of the outputs is timed by
@@ -188,6 +189,7 @@ class Bench {
   Watchdog& watchdog_;
   Json& json_;
   double clock_;
+  double bytes_ = 0;  // heap memory of an instance
   MessageLog log_;
   fmi2CallbackFunctions callbacks_{MessageLog::callback, nullptr, nullptr, nullptr, &log_};
 };

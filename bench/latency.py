@@ -25,7 +25,7 @@ from build_fmu.errors import UserError
 from build_fmu.report.machine import machine_lines
 from build_fmu.run.driver import Outcome, Staged, Task, ask, head_lines, staged
 
-SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain")
+SCENES = ("pendulum", "four_bar", "kuka_kr5", "long_chain", "four_bar_chain", "iftomm_four_bars")
 STEP = 1e-3  # s
 TORQUE = 1e-3  # N m, change of an input
 UNTIMED = 0.05  # warm-up of the driver, as a fraction of the timed steps
