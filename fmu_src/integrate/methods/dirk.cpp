@@ -231,8 +231,8 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
     std::memset(slope, 0, bytes);
     return 0;
   }
-  // first stage, also of a repeated step
-  if (time == self.step_begin_) {
+  const bool first_stage = time == self.step_begin_;  // also of a repeated step
+  if (first_stage) {
     self.corners_.attempt();
     self.stage_ = 0;
     self.slopes_[0] = slope;
@@ -243,10 +243,10 @@ int Dirk::right_hand_side(double time, N_Vector y, N_Vector ydot, void* self_poi
   }
   ++self.statistics_.evaluations;
   newton_matrix(self.linear_solver_).set_present(data(y));
-  if (time == self.step_begin_) self.release_rank();
+  if (first_stage) self.release_rank();
   const Status status = self.system_.right_hand_side(self.absolute(time), data(y), slope);
   if (status == Status::ok) self.corners_.note(self.system_, self.absolute(time), data(y));
-  if (time == self.step_begin_ && status == Status::ok) {
+  if (first_stage && status == Status::ok) {
     self.hold_rank();
     if (time == self.since_) {
       std::memcpy(self.slope_.data(), slope, bytes);

@@ -106,8 +106,9 @@ class OneStep : public Integrator {
   bool close(double time, double* y);                // projects onto the constraints
 
   // Stages leave the closed configurations, where overconstrained loops may have more independent rows and no
-  // freedom to move: the rows that are dependent at the start of a step remain so until its end. Both do
-  // nothing in other loops. Call hold_rank after the slope at the start has been evaluated.
+  // freedom to move: the rows that are dependent at the start of a step remain so until its end. In other
+  // loops hold_rank and release_rank do nothing. Call hold_rank after the slope at the start has been
+  // evaluated.
   bool is_overconstrained() const { return rank_ > 0; }
   void hold_rank() {
     if (is_overconstrained() && system_.independent_rows() == rank_) system_.hold_rank(true);
