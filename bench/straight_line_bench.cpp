@@ -16,7 +16,7 @@
 namespace redysim {
 // the names are defined by CMake
 #define REDYSIM_LINE(scene) \
-  void line_of_##scene(const Plan<double>&, const double*, const double*, const double*, double*);
+  bool line_of_##scene(const Plan<double>&, const double*, const double*, const double*, double*);
 REDYSIM_LINES
 #undef REDYSIM_LINE
 }  // namespace redysim
@@ -35,7 +35,8 @@ struct Scene {
         tau(q),
         out(q) {
     for (std::size_t i = 0; i < q.size(); ++i) {
-      q[i] = std::sin(1.7 * static_cast<double>(i) + 0.3);
+      q[i] = plan.has_constraints() ? model.links[plan.joints[i].link].joint.q0
+                                    : std::sin(1.7 * static_cast<double>(i) + 0.3);
       qd[i] = std::cos(2.3 * static_cast<double>(i));
       tau[i] = std::sin(0.9 * static_cast<double>(i));
     }
@@ -67,7 +68,7 @@ void measure_scene(const std::string& name, Line line) {
     compiled_forward_dynamics(s.plan, s.ws, s.q.data(), s.qd.data(), s.tau.data(), s.out.data());
   });
   measure(name + "/straight_line", scene,
-          [line](Scene& s) { line(s.plan, s.q.data(), s.qd.data(), s.tau.data(), s.out.data()); });
+          [line](Scene& s) { return line(s.plan, s.q.data(), s.qd.data(), s.tau.data(), s.out.data()); });
 }
 
 }  // namespace

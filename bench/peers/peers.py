@@ -47,8 +47,8 @@ def curves(scene: Scene) -> list[Curve]:
     """The suitable methods for the scene. docs/performance.md lists the limitations of the simulators."""
     found = [Curve("ReDySim-FMU", method, f"ReDySim-FMU, {method}", FINER_TOLERANCES) for method in scene.methods]
     smooth_tree = not (scene.has_loops or scene.stiff)
-    if smooth_tree:
-        found += [Curve("specialised", "erk", "ReDySim-FMU --specialise, erk", FINER_TOLERANCES)]
+    own = method_of_library(scene)
+    found += [Curve("specialised", own, f"ReDySim-FMU --specialise, {own}", FINER_TOLERANCES)]
     if smooth_tree and scene.joints <= LARGEST_FOR_SERIES:
         found += [Curve("specialised", "taylor", "ReDySim-FMU --specialise, taylor", FINER_TOLERANCES, "specialised-taylor")]
     if scene.stiff:
@@ -89,6 +89,11 @@ def curves(scene: Scene) -> list[Curve]:
             Curve("Exudyn", "TrapezoidalIndex2", "Exudyn trapezoidal", CUTS),
         ]
     return found
+
+
+def method_of_library(scene: Scene) -> str:
+    """The only method of the library that is compiled for a scene."""
+    return "bdf" if scene.stiff else "erk"
 
 
 def command_line(doc: str) -> argparse.ArgumentParser:
@@ -142,7 +147,6 @@ class Peers:
         folder.mkdir(exist_ok=True)
         model = bare(scene.model, folder, ("solver",))
         if method:
-            # the only one of a specialised library
             text = re.sub(r"(?m)^method = .*\n", "", model.read_text(encoding="utf-8"))
             line = f'[solver]\nmethod = "{method}"'
             model.write_text(text.replace("[solver]", line) if "[solver]" in text else f"{text}\n{line}\n", encoding="utf-8")
@@ -150,7 +154,7 @@ class Peers:
         return fmu_command(self.programs / "fmu_runner", model, folder, scene.rows, scene.step, scene.torques, *options)
 
     def _specialised(self, scene: Scene) -> list:
-        return self._redysim_fmu(scene, "erk")
+        return self._redysim_fmu(scene, method_of_library(scene))
 
     def _specialised_taylor(self, scene: Scene) -> list:
         return self._redysim_fmu(scene, "taylor")

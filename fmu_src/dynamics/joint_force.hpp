@@ -43,19 +43,27 @@ struct PressedStop {
   SmoothOnset<Scalar> onset() const { return {depth, Scalar(joint.width)}; }
 };
 
-// Torque or force in joint i, including the drive.
+// Force of dry friction and stops in joint i.
 template <class Constant, class Scalar>
-Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd, const Scalar& tau) {
+Scalar resistance_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd) {
   const JointPlan<Constant>& joint = plan.joints[i];
-  if (!joint.has_passive_force) return tau;
-  Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
-  if (!features::friction || !joint.has_resistance) return force;
+  Scalar force(0);
   if (joint.has_friction) force -= dry_friction(plan.resistances[i], qd);
   if (joint.has_stops) {
     const PressedStop<Constant, Scalar> stop(plan.resistances[i], q);
     force -= stop.side * stop.elastic_force() * stop.growth(qd);
   }
   return force;
+}
+
+// Torque or force in joint i, including the drive.
+template <class Constant, class Scalar>
+Scalar joint_force(const Plan<Constant>& plan, int i, const Scalar& q, const Scalar& qd, const Scalar& tau) {
+  const JointPlan<Constant>& joint = plan.joints[i];
+  if (!joint.has_passive_force) return tau;
+  const Scalar force = tau - joint.stiffness * (q - joint.rest) - joint.damping * qd;
+  if (!features::friction || !joint.has_resistance) return force;
+  return force + resistance_force(plan, i, q, qd);
 }
 
 // Passive force, without the drive: conservative part and dissipative part.

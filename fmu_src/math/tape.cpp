@@ -1,8 +1,16 @@
 #include "math/tape.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace redysim {
+namespace {
+
+const std::map<std::string, double (*)(double)> functions = {{"sin", std::sin},   {"cos", std::cos},
+                                                             {"sqrt", std::sqrt}, {"abs", std::fabs},
+                                                             {"tanh", std::tanh}, {"exp", std::exp}};
+
+}  // namespace
 
 int Tape::constant(double value) {
   if (value == 0) value = 0;  // -0 and 0 share one node
@@ -144,6 +152,43 @@ std::vector<int> Tape::operations_for(const std::vector<int>& results) const {
   std::vector<int> found;
   for (int node = 0; node < size(); ++node)
     if (needed[static_cast<std::size_t>(node)] && computes(node)) found.push_back(node);
+  return found;
+}
+
+double Tape::value(const Node& node, const std::vector<double>& of) const {
+  const auto operand = [&of](int k) { return k < 0 ? 0 : of[static_cast<std::size_t>(k)]; };
+  const double left = operand(node.left), right = operand(node.right);
+  switch (node.operation) {
+    case Operation::add:
+      return left + right;
+    case Operation::subtract:
+      return left - right;
+    case Operation::multiply:
+      return left * right;
+    case Operation::divide:
+      return left / right;
+    case Operation::negate:
+      return -left;
+    case Operation::function:
+      return functions.at(node.name)(left);
+    case Operation::constant:
+    case Operation::symbol:
+      break;
+  }
+  return node.value;
+}
+
+std::vector<double> Tape::values(const std::vector<int>& results,
+                                 const std::map<std::string, double>& symbols) const {
+  const std::vector<char> needed = needed_by(results);
+  std::vector<double> all(nodes_.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!needed[i]) continue;
+    const Node& node = nodes_[i];
+    all[i] = node.operation == Operation::symbol ? symbols.at(node.name) : value(node, all);
+  }
+  std::vector<double> found;
+  for (int node : results) found.push_back(all[static_cast<std::size_t>(node)]);
   return found;
 }
 

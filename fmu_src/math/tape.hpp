@@ -30,6 +30,9 @@ class Tape {
   bool is_turn(int node) const;   // sine or cosine
   bool computes(int node) const;  // an operation or function; false for a missing operand (-1)
 
+  // Values of nodes for values of all symbols on which they depend (std::out_of_range: one is missing).
+  std::vector<double> values(const std::vector<int>& results,
+                             const std::map<std::string, double>& symbols) const;
   // For each node, whether `results` depend on it.
   std::vector<char> needed_by(const std::vector<int>& results) const;
   // The nodes on which `results` depend and that compute something, in increasing order.
@@ -44,6 +47,7 @@ class Tape {
   int simplified_difference(int left, int right);
   int simplified_product(int left, int right);
   int negated(int node);
+  double value(const Node& node, const std::vector<double>& of) const;
 
   std::vector<Node> nodes_;
   std::map<double, int> constants_;

@@ -7,20 +7,17 @@
 namespace redysim {
 namespace {
 
+using test::all_loop_types;
+using test::ClosedCase;
 using test::dense_solution;
 using test::DenseSolution;
 using test::derivative;
 using test::Evaluate;
 using test::Matrix;
 using test::Random;
+using test::random_case;
 using test::relative_difference;
 using test::Vector;
-
-// A model with loops and a state in which they are closed.
-struct ClosedCase {
-  Model model;
-  Vector q, qd, tau;
-};
 
 // Which rows depend on others is beyond dispute: no eigenvalue of S (rows scaled to one) lies between
 // rounding and size one.
@@ -61,36 +58,6 @@ void expect_dense_agreement(const ClosedCase& c, double tolerance) {
   EXPECT_LT(relative_difference(lambda, dense.lambda), tolerance * std::max(1.0, 1e-3 / pivot));
 }
 
-constexpr LoopType all_types[] = {LoopType::point,     LoopType::spherical,   LoopType::revolute,
-                                  LoopType::prismatic, LoopType::cylindrical, LoopType::universal,
-                                  LoopType::fixed};
-
-// A random tree with `loops` random cut joints, all closed at q.
-ClosedCase random_case(Random& random, int links, int loops, const std::vector<LoopType>& types) {
-  test::TreeOptions options;
-  options.links = links;
-  options.springs = random.chance(0.3);
-  options.right_angles = random.chance(0.3);
-  options.massless = false;
-  ClosedCase c;
-  do c.model = test::random_tree(random, options);
-  while (test::moving_joints(c.model) < links / 2);
-  const int n = test::moving_joints(c.model);
-  c.q = test::vector_of(random.numbers(n, 2));
-  const std::vector<Pose> poses = test::poses_at(c.model, c.q);
-  const Plan<double> tree(c.model);
-  while (static_cast<int>(c.model.loops.size()) < loops) {
-    const int a = random.index(links + 1) - 1, b = random.index(links + 1) - 1;
-    const auto joint = [&tree](int link) { return link == ground ? ground : tree.carrier[link]; };
-    if (joint(a) == joint(b)) continue;
-    const LoopType type = types[random.index(static_cast<int>(types.size()))];
-    c.model.loops.push_back(test::closed_loop(random, type, a, b, poses));
-  }
-  c.tau = test::vector_of(random.numbers(n, 5));
-  c.qd = test::closed_velocity(c.model, c.q, test::vector_of(random.numbers(n, 2)));
-  return c;
-}
-
 class RandomLoops : public testing::TestWithParam<unsigned> {
  protected:
   Random random{GetParam()};
@@ -102,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(NearlyDependentRows, RandomLoops,
                          testing::Values(119u, 307u, 1442u, 1662u, 2029u, 2381u, 2468u, 2618u));
 
 TEST_P(RandomLoops, one_loop_agrees_with_a_dense_solve) {
-  for (const LoopType type : all_types) {
+  for (const LoopType type : all_loop_types) {
     SCOPED_TRACE(static_cast<int>(type));
     expect_dense_agreement(random_case(random, 10, 1, {type}), 1e-9);
   }
@@ -233,7 +200,7 @@ TEST_P(RandomLoops, are_as_exact_on_a_large_moving_platform) {
 }
 
 TEST_P(RandomLoops, rates_and_accelerations_are_derivatives_of_the_residuals) {
-  const ClosedCase c = random_case(random, 10, 2, {std::begin(all_types), std::end(all_types)});
+  const ClosedCase c = random_case(random, 10, 2, {std::begin(all_loop_types), std::end(all_loop_types)});
   Evaluate<double> tree(c.model);
   Evaluate<Dual> exact(c.model);
   const Vector zero = Vector::Zero(c.q.size());
@@ -248,7 +215,7 @@ TEST_P(RandomLoops, rates_and_accelerations_are_derivatives_of_the_residuals) {
 }
 
 TEST_P(RandomLoops, residuals_by_dual_numbers_agree_with_differences) {
-  const ClosedCase c = random_case(random, 10, 2, {std::begin(all_types), std::end(all_types)});
+  const ClosedCase c = random_case(random, 10, 2, {std::begin(all_loop_types), std::end(all_loop_types)});
   Evaluate<double> tree(c.model);
   const Matrix J = test::loop_jacobian(c.model, c.q);
   const double h = 1e-6;
@@ -261,7 +228,7 @@ TEST_P(RandomLoops, residuals_by_dual_numbers_agree_with_differences) {
 
 TEST_P(RandomLoops, constraint_forces_do_no_work) {
   for (int repeat = 0; repeat < 40; ++repeat) {
-    const ClosedCase c = random_case(random, 12, 2, {std::begin(all_types), std::end(all_types)});
+    const ClosedCase c = random_case(random, 12, 2, {std::begin(all_loop_types), std::end(all_loop_types)});
     Evaluate<double> tree(c.model);
     Evaluate<Dual> exact(c.model);
     const Vector qdd = tree.qdd(c.q, c.qd, c.tau), lambda = tree.lambda();

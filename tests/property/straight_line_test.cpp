@@ -2,15 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/joint_force.hpp"
 #include "dynamics/straight_line/statement_order.hpp"
 #include "math/recorded.hpp"
 #include "support/evaluate.hpp"
+#include "support/random_loops.hpp"
 #include "support/random_tree.hpp"
 
 // The recorded recursion, run node by node, against the recursion.
@@ -22,64 +24,30 @@ using test::Evaluate;
 using test::relative_difference;
 using test::vector_of;
 
-double called(const std::string& name, double x) {
-  if (name == "sin") return std::sin(x);
-  if (name == "cos") return std::cos(x);
-  if (name == "sqrt") return std::sqrt(x);
-  throw std::logic_error("the recursion calls " + name);
-}
-
 test::Vector run(const StraightLine& line, const std::map<std::string, double>& symbols) {
-  std::vector<double> value(static_cast<std::size_t>(line.tape.size()));
-  for (int i = 0; i < line.tape.size(); ++i) {
-    const Tape::Node& node = line.tape[i];
-    const auto operand = [&value](int k) { return value[static_cast<std::size_t>(k)]; };
-    double& result = value[static_cast<std::size_t>(i)];
-    switch (node.operation) {
-      case Tape::Operation::constant:
-        result = node.value;
-        break;
-      case Tape::Operation::symbol:
-        result = symbols.at(node.name);
-        break;
-      case Tape::Operation::add:
-        result = operand(node.left) + operand(node.right);
-        break;
-      case Tape::Operation::subtract:
-        result = operand(node.left) - operand(node.right);
-        break;
-      case Tape::Operation::multiply:
-        result = operand(node.left) * operand(node.right);
-        break;
-      case Tape::Operation::divide:
-        result = operand(node.left) / operand(node.right);
-        break;
-      case Tape::Operation::negate:
-        result = -operand(node.left);
-        break;
-      case Tape::Operation::function:
-        result = called(node.name, operand(node.left));
-        break;
-    }
-  }
-  test::Vector qdd(line.qdd.size());
-  for (std::size_t i = 0; i < line.qdd.size(); ++i)
-    qdd[static_cast<int>(i)] = value[static_cast<std::size_t>(line.qdd[i])];
-  return qdd;
+  return vector_of(line.tape.values(line.qdd, symbols));
 }
 
 void set(std::map<std::string, double>& symbols, const std::string& name, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) symbols[name + "[" + std::to_string(i) + "]"] = values[i];
 }
 
+// Values of the symbols. tau of the line includes friction and stops.
+std::map<std::string, double> symbols_at(const Plan<double>& plan, const std::vector<double>& q,
+                                         const std::vector<double>& qd, std::vector<double> tau) {
+  std::map<std::string, double> symbols;
+  set(symbols, "q", q);
+  set(symbols, "qd", qd);
+  for (int i = 0; i < plan.nv; ++i)
+    if (plan.joints[i].has_resistance) tau[i] += resistance_force(plan, i, q[i], qd[i]);
+  set(symbols, "tau", tau);
+  return symbols;
+}
+
 class StraightLines : public testing::TestWithParam<unsigned> {
  protected:
   test::Random random{GetParam()};
-  Model tree() {
-    test::TreeOptions options = test::options_of(GetParam());
-    options.springs = options.resistance = false;  // stops branch on the state
-    return test::random_tree(random, options);
-  }
+  Model tree() { return test::random_tree(random, test::options_of(GetParam())); }
 };
 
 TEST_P(StraightLines, say_what_the_recursion_says) {
@@ -88,13 +56,9 @@ TEST_P(StraightLines, say_what_the_recursion_says) {
   const StraightLine line = straight_line(model);
   const int n = recursion.nv();
   const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
-  std::map<std::string, double> symbols;
-  set(symbols, "q", q);
-  set(symbols, "qd", qd);
-  set(symbols, "tau", tau);
-  EXPECT_LT(
-      relative_difference(run(line, symbols), recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
-      1e-10);
+  EXPECT_LT(relative_difference(run(line, symbols_at(recursion.plan, q, qd, tau)),
+                                recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
+            1e-10);
 }
 
 TEST_P(StraightLines, leave_open_what_is_tunable) {
@@ -103,7 +67,7 @@ TEST_P(StraightLines, leave_open_what_is_tunable) {
   if (last.joint.type == JointType::fixed) return;
   if (GetParam() % 2 == 1) last.joint.name = last.name;
   model.fmu.tunable = {"gravity[3]", last.name + ".mass"};
-  for (const char* parameter : {".damping", ".stiffness", ".rest", ".armature"})
+  for (const char* parameter : {".damping", ".stiffness", ".rest", ".armature", ".friction"})
     model.fmu.tunable.push_back(last.joint.name + parameter);
   const StraightLine line = straight_line(model);
 
@@ -113,13 +77,11 @@ TEST_P(StraightLines, leave_open_what_is_tunable) {
   last.joint.stiffness = random.between(1, 2);
   last.joint.rest = random.between(-1, 1);
   last.joint.armature = random.between(1, 2);
+  last.joint.friction = random.between(1, 2);
   Evaluate<double> recursion(model);
   const int n = recursion.nv();
   const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
-  std::map<std::string, double> symbols;
-  set(symbols, "q", q);
-  set(symbols, "qd", qd);
-  set(symbols, "tau", tau);
+  std::map<std::string, double> symbols = symbols_at(recursion.plan, q, qd, tau);
   set(symbols, "plan.gravity", {model.gravity.x(), model.gravity.y(), model.gravity.z()});
   const std::string place = "plan.joints[" + std::to_string(n - 1) + "].";
   const JointPlan<double>& joint = recursion.plan.joints.back();
@@ -198,20 +160,55 @@ TEST(StraightLine, keeps_the_digits_of_a_light_cross) {
   model.links = {cross, rod};
   Evaluate<double> recursion(model);
   const std::vector<double> q = {0.3, 1.5707963267948966 - 1e-4}, qd = {0.2, -0.1}, tau = {1e-7, 1};
-  std::map<std::string, double> symbols;
-  set(symbols, "q", q);
-  set(symbols, "qd", qd);
-  set(symbols, "tau", tau);
-  EXPECT_LT(relative_difference(run(straight_line(model), symbols),
+  EXPECT_LT(relative_difference(run(straight_line(model), symbols_at(recursion.plan, q, qd, tau)),
                                 recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
             1e-12);
 }
 
 TEST(StraightLine, refuses_what_it_cannot_write_down) {
   test::Random random(1);
-  test::TreeOptions options;
-  options.springs = true;
-  EXPECT_THROW(straight_line(test::random_tree(random, options)), std::domain_error);
+  Model model = test::random_tree(random, {});
+  model.bushings.emplace_back();
+  EXPECT_THROW(straight_line(model), std::domain_error);
+}
+
+// Loops whose rows are independent: accelerations, corrections and residuals against a dense solve.
+TEST(StraightLine, closes_loops) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE(seed);
+    test::Random random(seed);
+    const std::vector<LoopType> types(std::begin(test::all_loop_types), std::end(test::all_loop_types));
+    test::ClosedCase c = test::random_case(random, 9, 1 + static_cast<int>(seed % 2), types);
+    Evaluate<double> recursion(c.model);
+    for (int i = 0; i < recursion.nv(); ++i) c.model.links[recursion.plan.joints[i].link].joint.q0 = c.q[i];
+    StraightLine line;
+    try {
+      line = straight_line(c.model);
+    } catch (const std::domain_error&) {
+      continue;  // dependent rows
+    }
+    ++compared;
+    const auto numbers = [](const test::Vector& v) { return std::vector<double>(v.begin(), v.end()); };
+    const auto symbols = symbols_at(recursion.plan, numbers(c.q), numbers(c.qd), numbers(c.tau));
+    const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
+    EXPECT_LT(relative_difference(run(line, symbols), dense.qdd), 1e-9);
+
+    const test::Matrix corrections =
+        dense.M.llt().solve(dense.J.transpose()) * test::rank_revealing(dense.S).pseudoInverse();
+    const test::Vector C = vector_of(line.tape.values(line.corrections, symbols));
+    EXPECT_LT(relative_difference(C, corrections.transpose().reshaped()), 1e-9);
+
+    const test::Vector q = c.q + 0.1 * vector_of(random.numbers(recursion.nv(), 1)),
+                       qd = vector_of(random.numbers(recursion.nv(), 1));
+    const auto elsewhere = symbols_at(recursion.plan, numbers(q), numbers(qd), numbers(c.tau));
+    EXPECT_LT(
+        relative_difference(vector_of(line.tape.values(line.residual, elsewhere)), recursion.residual(q, qd)),
+        1e-14);
+    EXPECT_LT(relative_difference(vector_of(line.tape.values(line.rate, elsewhere)), recursion.rate(q, qd)),
+              1e-13);
+  }
+  EXPECT_GT(compared, 20);
 }
 
 }  // namespace

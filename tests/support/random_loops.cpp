@@ -152,4 +152,29 @@ Vector closed_velocity(const Model& model, const Vector& q, const Vector& qd) {
   return qd - response * rank_revealing(J * response).solve(J * qd);
 }
 
+ClosedCase random_case(Random& random, int links, int loops, const std::vector<LoopType>& types) {
+  TreeOptions options;
+  options.links = links;
+  options.springs = random.chance(0.3);
+  options.right_angles = random.chance(0.3);
+  options.massless = false;
+  ClosedCase c;
+  do c.model = random_tree(random, options);
+  while (moving_joints(c.model) < links / 2);
+  const int n = moving_joints(c.model);
+  c.q = vector_of(random.numbers(n, 2));
+  const std::vector<Pose> poses = poses_at(c.model, c.q);
+  const Plan<double> tree(c.model);
+  while (static_cast<int>(c.model.loops.size()) < loops) {
+    const int a = random.index(links + 1) - 1, b = random.index(links + 1) - 1;
+    const auto joint = [&tree](int link) { return link == ground ? ground : tree.carrier[link]; };
+    if (joint(a) == joint(b)) continue;
+    const LoopType type = types[random.index(static_cast<int>(types.size()))];
+    c.model.loops.push_back(closed_loop(random, type, a, b, poses));
+  }
+  c.tau = vector_of(random.numbers(n, 5));
+  c.qd = closed_velocity(c.model, c.q, vector_of(random.numbers(n, 2)));
+  return c;
+}
+
 }  // namespace redysim::test

@@ -21,6 +21,19 @@ Loop closed_loop(Random& random, LoopType type, int a, int b, const std::vector<
 // keeps.
 Loop repeated_joint(Random& random, const Model& model, int link);
 
+inline constexpr LoopType all_loop_types[] = {LoopType::point,     LoopType::spherical,   LoopType::revolute,
+                                              LoopType::prismatic, LoopType::cylindrical, LoopType::universal,
+                                              LoopType::fixed};
+
+// A model with loops and a state in which they are closed.
+struct ClosedCase {
+  Model model;
+  Vector q, qd, tau;
+};
+
+// A random tree with `loops` random cut joints, all closed at q.
+ClosedCase random_case(Random& random, int links, int loops, const std::vector<LoopType>& types);
+
 // Ends of `loop` on link a from those on link b, as they are at `poses`.
 void match_ends(Loop& loop, const std::vector<Pose>& poses);
 

@@ -9,8 +9,6 @@
 namespace redysim {
 namespace {
 
-using Matrix = Eigen::Matrix<Recorded, Eigen::Dynamic, Eigen::Dynamic>;
-
 bool is_constant(const RigidInertia<Recorded>& body) {
   const Symmetric3<Recorded>& I = body.inertia;
   for (const Recorded* part :
@@ -45,14 +43,7 @@ RigidInertia<Recorded> taken_from(JointPlan<Recorded>& joint, const JointPlan<Re
   return part;
 }
 
-// Acceleration of a body and of its origin (minus gravity), and U = alpha~ + omega~ omega~: point r of the
-// body has the acceleration of the origin + U r.
-struct Acceleration {
-  Vec3<Recorded> angular = Vec3<Recorded>::Zero(), linear = Vec3<Recorded>::Zero();
-  Mat3<Recorded> U = Mat3<Recorded>::Zero();
-};
-
-void set_spread(const Vec3<Recorded>& omega, Acceleration& a) {
+void set_spread(const Vec3<Recorded>& omega, BodyAcceleration& a) {
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     a.U(i, i) = -(omega[j] * omega[j] + omega[k] * omega[k]);
@@ -64,7 +55,7 @@ void set_spread(const Vec3<Recorded>& omega, Acceleration& a) {
 // Wrench that accelerates a single body: I alpha + omega x I omega + h x a and m a + U h, with products of
 // velocities taken from U (Khalil and Kleinfinger 1987).
 Force<Recorded> wrench(const RigidInertia<Recorded>& body, const Vec3<Recorded>& omega,
-                       const Acceleration& a) {
+                       const BodyAcceleration& a) {
   const Symmetric3<Recorded>& I = body.inertia;
   const Recorded diagonal[] = {I.xx, I.yy, I.zz}, opposite[] = {I.yz, I.xz, I.xy};
   Vec3<Recorded> moment;
@@ -77,8 +68,8 @@ Force<Recorded> wrench(const RigidInertia<Recorded>& body, const Vec3<Recorded>&
   return {moment + body.h.cross(a.linear), body.mass * a.linear + product(a.U, body.h)};
 }
 
-Acceleration at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded>& s,
-                     const Acceleration& parent, const Recorded& qd) {
+BodyAcceleration moved_at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded>& s,
+                               const BodyAcceleration& parent, const Recorded& qd) {
   Mat3<Recorded> rotation;
   Vec3<Recorded> position;
   joint_pose(joint, s, rotation, position);
@@ -86,28 +77,44 @@ Acceleration at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded
   turn_to_body(joint, s, turned);
   const Vec3<Recorded> product_of_rates(qd * s.omega.y(), -qd * s.omega.x(), Recorded(0));
   add_velocity_product(joint, product_of_rates, turned);
-  Acceleration a{turned.angular, turned.linear};
+  BodyAcceleration a{turned.angular, turned.linear};
   set_spread(s.omega, a);
   return a;
 }
 
-// Joint forces (nv) at zero joint accelerations, by the recursive Newton-Euler equations.
-void bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
-                 Recorded* tau) {
+// Accelerations of the bodies at zero joint accelerations. Sets positions, velocities and the wrenches that
+// accelerate the single bodies.
+std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, Workspace<Recorded>& ws,
+                                                    const Recorded* q, const Recorded* qd) {
   set_positions(plan, ws, q);
   set_velocities(plan, ws, qd);
-  Acceleration base;
+  BodyAcceleration base;
   base.linear = -plan.gravity;
-  std::vector<Acceleration> bodies;
+  std::vector<BodyAcceleration> bodies;
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Recorded>& joint = plan.joints[i];
-    const Acceleration& parent =
+    const BodyAcceleration& parent =
         joint.parent == ground ? base : bodies[static_cast<std::size_t>(joint.parent)];
-    bodies.push_back(at_rest(joint, ws.joints[i], parent, qd[i]));
+    bodies.push_back(moved_at_rest(joint, ws.joints[i], parent, qd[i]));
     ws.joints[i].p = wrench(joint.inertia, ws.joints[i].omega, bodies.back());
   }
+  return bodies;
+}
+
+// Joint forces (nv) at zero joint accelerations for the wrenches in the workspace and the force elements.
+std::vector<Recorded> bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
+                                  const Recorded* qd) {
   const std::vector<Recorded> zero(plan.joints.size());
-  collect_joint_forces(plan, ws, q, qd, zero.data(), tau);
+  std::vector<Recorded> tau(zero);
+  add_forces_between_bodies(plan, ws, q, qd);
+  collect_joint_forces(plan, ws, q, qd, zero.data(), tau.data());
+  return tau;
+}
+
+RecordedMatrix inertia(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q) {
+  RecordedMatrix M(plan.nv, plan.nv);
+  joint_space_inertia<Recorded>(plan, ws, q, M);
+  return M;
 }
 
 }  // namespace
@@ -125,27 +132,33 @@ Plan<Recorded> with_base_parameters(Plan<Recorded> plan, Workspace<Recorded>& ws
   return plan;
 }
 
-void composite_forward_dynamics(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                                const Recorded* qd, const Recorded* tau, Recorded* qdd) {
-  const int n = plan.nv;
-  Matrix M(n, n), L(n, n);
-  bias_forces(plan, ws, q, qd, qdd);
-  joint_space_inertia<Recorded>(plan, ws, q, M);
-  const auto parent = [&plan](int i) { return plan.joints[i].parent; };
-
-  for (int k = 0; k < n; ++k) qdd[k] = tau[k] - qdd[k];
-  for (int k = n - 1; k >= 0; --k) {
-    M(k, k) = Recorded(1) / M(k, k);
+TreeFactor::TreeFactor(const Plan<Recorded>& plan, RecordedMatrix M) : plan_(plan), L_(std::move(M)) {
+  for (int k = plan.nv - 1; k >= 0; --k) {
+    L_(k, k) = Recorded(1) / L_(k, k);
     for (int i = parent(k); i != ground; i = parent(i)) {
-      L(k, i) = M(k, i) * M(k, k);
-      for (int j = i; j != ground; j = parent(j)) M(i, j) -= L(k, i) * M(k, j);
-      qdd[i] -= L(k, i) * qdd[k];
+      const Recorded entry = L_(k, i) * L_(k, k);
+      for (int j = i; j != ground; j = parent(j)) L_(i, j) -= entry * L_(k, j);
+      L_(k, i) = entry;
     }
   }
-  for (int k = 0; k < n; ++k) {
-    qdd[k] *= M(k, k);
-    for (int i = parent(k); i != ground; i = parent(i)) qdd[k] -= L(k, i) * qdd[i];
+}
+
+void TreeFactor::eliminate(Recorded* forces) const {
+  for (int k = plan_.nv - 1; k >= 0; --k)
+    for (int i = parent(k); i != ground; i = parent(i)) forces[i] -= L_(k, i) * forces[k];
+}
+
+void TreeFactor::substitute(Recorded* forces) const {
+  for (int k = 0; k < plan_.nv; ++k) {
+    forces[k] *= inverse_pivot(k);
+    for (int i = parent(k); i != ground; i = parent(i)) forces[k] -= L_(k, i) * forces[i];
   }
 }
+
+TreeEquations::TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
+                             const Recorded* qd)
+    : at_rest(accelerations_at_rest(plan, ws, q, qd)),
+      bias(bias_forces(plan, ws, q, qd)),
+      factor(plan, inertia(plan, ws, q)) {}
 
 }  // namespace redysim

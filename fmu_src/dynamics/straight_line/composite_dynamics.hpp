@@ -11,11 +11,40 @@ namespace redysim {
 // zero. Joint forces are the same, other wrenches between bodies differ. Uses q; overwrites positions.
 Plan<Recorded> with_base_parameters(Plan<Recorded> plan, Workspace<Recorded>& ws, const Recorded* q);
 
-// qdd (nv) from q, qd and the joint forces tau (nv): M qdd = tau - bias, with the bias from the recursive
-// Newton-Euler equations, M from composite bodies, and L^T D L of M with the sparsity of the tree
-// (Featherstone 2008, Tables 6.2 and 6.3). As straight-line code it has fewer operations than the recursion
-// of aba.hpp up to about 11 joints in series. Open trees without prescribed joints only.
-void composite_forward_dynamics(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                                const Recorded* qd, const Recorded* tau, Recorded* qdd);
+using RecordedMatrix = Eigen::Matrix<Recorded, Eigen::Dynamic, Eigen::Dynamic>;
+
+// M = L^T D L with the sparsity of the tree (Featherstone 2008, Table 6.3).
+class TreeFactor {
+ public:
+  TreeFactor(const Plan<Recorded>& plan, RecordedMatrix M);
+  void eliminate(Recorded* forces) const;   // forces (nv) <- L^-T forces
+  void substitute(Recorded* forces) const;  // after `eliminate`: forces <- L^-1 D^-1 forces, accelerations
+  const Recorded& inverse_pivot(int k) const { return L_(k, k); }
+
+ private:
+  int parent(int i) const { return plan_.joints[i].parent; }
+
+  const Plan<Recorded>& plan_;
+  RecordedMatrix L_;  // with D^-1 on the diagonal
+};
+
+// Acceleration of a body and of its origin (minus gravity), and U = alpha~ + omega~ omega~: point r of the
+// body has the acceleration of the origin + U r. In body axes.
+struct BodyAcceleration {
+  Vec3<Recorded> angular = Vec3<Recorded>::Zero(), linear = Vec3<Recorded>::Zero();
+  Mat3<Recorded> U = Mat3<Recorded>::Zero();
+};
+
+// Equations of motion M qdd = tau - bias of an open tree without prescribed joints at (q, qd): the bias from
+// the recursive Newton-Euler equations, M from composite bodies (Featherstone 2008, Table 6.2). As
+// straight-line code they take fewer operations than the recursion of aba.hpp up to about 11 joints in
+// series.
+struct TreeEquations {
+  TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd);
+
+  std::vector<BodyAcceleration> at_rest;  // accelerations of the bodies at qdd = 0
+  std::vector<Recorded> bias;             // nv
+  TreeFactor factor;
+};
 
 }  // namespace redysim

@@ -1,12 +1,15 @@
 #include "dynamics/straight_line/straight_line.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
 #include "dynamics/aba.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/straight_line/composite_dynamics.hpp"
+#include "dynamics/straight_line/constrained_dynamics.hpp"
 #include "dynamics/straight_line/series_statements.hpp"
 #include "dynamics/straight_line/statement_order.hpp"
 #include "dynamics/straight_line/statements.hpp"
@@ -15,20 +18,33 @@
 namespace redysim {
 namespace {
 
-// The plan whose tunable parameters are symbols for entries of the plan of doubles.
+// The plan whose tunable parameters are symbols for entries of the plan of doubles. Without series it has no
+// friction and no stops: their forces are part of tau.
 class TunablePlan {
  public:
-  TunablePlan(Tape& tape, const Model& model) : tape_(tape), plan_(model) {
+  TunablePlan(Tape& tape, const Model& model)
+      : tape_(tape), plan_(model), forces_left_out_(!uses_series(model)) {
+    if (forces_left_out_) leave_out_resistances();
     for (const std::string& name : model.fmu.tunable)
       if (!tune_gravity(name) && !tune_link(model, name) && !tune_joint(model, name))
         throw std::domain_error("'" + name + "' is tunable and has no place in a straight line");
     for (auto& joint : plan_.joints) joint.rigid = articulated(joint.inertia);
   }
   const Plan<Recorded>& plan() const { return plan_; }
+  const std::map<std::string, double>& values() const { return values_; }  // of the symbols in the model
 
  private:
   void make_symbol(Recorded& entry, const std::string& place) {
+    if (!entry.is_constant()) return;
+    values_["plan." + place] = value_of(entry);
     entry = {tape_, tape_.symbol("plan." + place)};
+  }
+
+  void leave_out_resistances() {
+    for (JointPlan<Recorded>& joint : plan_.joints) {
+      joint.has_resistance = joint.has_friction = joint.has_stops = false;
+      joint.has_passive_force = joint.stiffness != Recorded(0) || joint.damping != Recorded(0);
+    }
   }
 
   bool tune_gravity(const std::string& name) {
@@ -65,6 +81,16 @@ class TunablePlan {
     return false;
   }
 
+  // Whether it is a parameter of the joint that acts on tau only.
+  static bool is_of_force(const std::string& name, const std::string& joint) {
+    constexpr const char* words[] = {"friction",     "static_friction", "friction_velocity",
+                                     "lower",        "upper",           "stop_stiffness",
+                                     "stop_damping", "stop_width",      "kp",
+                                     "kd",           "target"};
+    return std::any_of(std::begin(words), std::end(words),
+                       [&](const char* word) { return name == joint + "." + word; });
+  }
+
   bool tune_joint(const Model& model, const std::string& name) {
     for (std::size_t i = 0; i < plan_.joints.size(); ++i) {
       JointPlan<Recorded>& joint = plan_.joints[i];
@@ -80,12 +106,15 @@ class TunablePlan {
         if (entry == &joint.armature) joint.axis_free = false;
         return true;
       }
+      if (forces_left_out_ && is_of_force(name, owner)) return true;
     }
     return false;
   }
 
   Tape& tape_;
   Plan<Recorded> plan_;
+  bool forces_left_out_;
+  std::map<std::string, double> values_;
 };
 
 std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
@@ -93,6 +122,36 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
   for (int i = 0; i < count; ++i)
     list.push_back({tape, tape.symbol(indexed(name, static_cast<std::size_t>(i)))});
   return list;
+}
+
+// Records composite bodies, with the rows of loops and couplings. Returns the accelerations.
+std::vector<Recorded> record_composites(StraightLine& line, const Plan<Recorded>& given,
+                                        Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
+                                        const Recorded* tau) {
+  const Plan<Recorded> plan = with_base_parameters(given, ws, q);
+  const TreeEquations tree(plan, ws, q, qd);
+  const JointRows rows(plan, ws, tree, q, qd);
+  const JointRowFactor factor(tree, rows);
+  const auto place = [&line](const auto& values, std::vector<int>& nodes) {
+    for (const Recorded& value : values) nodes.push_back(value.node_on(line.tape));
+  };
+  place(factor.margins(), line.margins);
+  place(factor.corrections().transpose().reshaped(), line.corrections);
+  place(rows.residual, line.residual);
+  place(rows.rate, line.rate);
+  place(rows.residual_size, line.residual_size);
+  place(rows.rate_size, line.rate_size);
+  return factor.accelerations(tau);
+}
+
+// Throws if a row may depend on others at the start: the line would then rarely be used.
+void require_independent_rows(const StraightLine& line, const Model& model, const Plan<Recorded>& plan,
+                              std::map<std::string, double> symbols) {
+  for (std::size_t i = 0; i < plan.joints.size(); ++i)
+    symbols[indexed("q", i)] = model.links[plan.joints[i].link].joint.q0;
+  for (double margin : line.tape.values(line.margins, symbols))
+    if (!(margin > 0))
+      throw std::domain_error("the rows of loops and couplings are dependent at the start, or nearly so");
 }
 
 // Records one of the two algorithms for the accelerations.
@@ -108,10 +167,10 @@ StraightLine recorded(const Model& model, bool by_composites) {
                               tau = symbols(line.tape, "tau", plan.nv);
   std::vector<Recorded> qdd(q.size());
   if (by_composites)
-    composite_forward_dynamics(with_base_parameters(plan, ws, q.data()), ws, q.data(), qd.data(), tau.data(),
-                               qdd.data());
+    qdd = record_composites(line, plan, ws, q.data(), qd.data(), tau.data());
   else
     forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
+  require_independent_rows(line, model, plan, tunable.values());
   for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
   line.has_series = uses_series(model);
   if (line.has_series && model.fmu.shows(OutputGroup::energy))
@@ -119,25 +178,71 @@ StraightLine recorded(const Model& model, bool by_composites) {
   return line;
 }
 
+using Results = std::vector<std::pair<const char*, const std::vector<int>*>>;
+
+// A function of the generated code that sets the results, with their names. If it `decides`, it returns
+// whether all margins are positive.
+std::string function(const StraightLine& line, const std::string& declaration, const Results& results,
+                     bool decides) {
+  std::vector<int> nodes;
+  if (decides) nodes = line.margins;
+  for (const auto& [name, list] : results) nodes.insert(nodes.end(), list->begin(), list->end());
+  const std::vector<int> order = statement_order(line.tape, nodes, line.by_composites);
+  std::string text = "REDYSIM_CLONES " + declaration + " {\n" +
+                     value_statements(line.tape, nodes, order, [](int) { return std::string(); });
+  for (const auto& [name, list] : results)
+    for (std::size_t i = 0; i < list->size(); ++i)
+      text += "  " + indexed(name, i) + " = " + operand(line.tape, (*list)[i]) + ";\n";
+  if (decides) {
+    text += "  return true";
+    for (int margin : line.margins) text += " && " + operand(line.tape, margin) + " > 0";
+    text += ";\n";
+  }
+  return text + "}\n\n";
+}
+
+std::string constraint_functions(const StraightLine& line) {
+  return function(line,
+                  "bool straight_line_corrections([[maybe_unused]] const Plan<double>& plan,\n"
+                  "    const double* q, double* C)",
+                  {{"C", &line.corrections}}, true) +
+         function(line,
+                  "void straight_line_residuals([[maybe_unused]] const Plan<double>& plan,\n"
+                  "    const double* q, const double* qd, LoopState<double>& loop)",
+                  {{"loop.residual", &line.residual},
+                   {"loop.rate", &line.rate},
+                   {"loop.residual_size", &line.residual_size},
+                   {"loop.rate_size", &line.rate_size}},
+                  false);
+}
+
 }  // namespace
 
 StraightLine straight_line(const Model& model) {
-  if (!model.loops.empty() || !model.couplings.empty() || !model.springs.empty() || !model.bushings.empty() ||
-      !model.contacts.empty() || !model.balls.empty())
-    throw std::domain_error(
-        "a straight line is for open trees without spring-dampers, bushings, contacts and spherical joints");
-  StraightLine recursion = recorded(model, false), composites = recorded(model, true);
+  if (!model.bushings.empty() || !model.contacts.empty() || !model.balls.empty())
+    throw std::domain_error("a straight line is for models without bushings, contacts and spherical joints");
+  const bool is_tree = model.loops.empty() && model.couplings.empty() && model.springs.empty();
+  if (uses_series(model) && !is_tree)
+    throw std::domain_error("Taylor series are for open trees without couplings and spring-dampers");
+  StraightLine composites = recorded(model, true);
+  if (model.has_constraints()) return composites;
+  StraightLine recursion = recorded(model, false);
   return operations(composites) < operations(recursion) ? composites : recursion;
 }
 
 int operations(const StraightLine& line) {
-  return static_cast<int>(line.tape.operations_for(line.qdd).size());
+  std::vector<int> results(line.qdd);
+  for (const auto* more :
+       {&line.margins, &line.corrections, &line.residual, &line.rate, &line.residual_size, &line.rate_size})
+    results.insert(results.end(), more->begin(), more->end());
+  return static_cast<int>(line.tape.operations_for(results).size());
 }
 
 int longest_line(const StraightLine& line) {
-  constexpr std::size_t of_few_joints = 3000, each = 280;
+  constexpr std::size_t of_few_joints = 3000, each = 280, row = 3;  // cost of a row in joints
   const std::size_t most = line.has_series ? 5000 : 20000;
-  return static_cast<int>(std::clamp(each * line.qdd.size(), of_few_joints, most));
+  return static_cast<int>(
+      std::clamp(each * (line.qdd.size() + row * line.residual.size()), of_few_joints, most));
 }
 
 std::string straight_line_source(const StraightLine& line, const std::string& scene) {
@@ -149,16 +254,12 @@ std::string straight_line_source(const StraightLine& line, const std::string& sc
       "\"math/sin_cos.hpp\"\n\n"
       "namespace redysim {\n\n"
       "const char straight_line_scene[] = \"" +
-      scene +
-      "\";\n\n"
-      "REDYSIM_CLONES void straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan, "
-      "const double* q,\n"
-      "    const double* qd, const double* tau, double* qdd) {\n" +
-      value_statements(line.tape, line.qdd, statement_order(line.tape, line.qdd, line.by_composites),
-                       [](int) { return std::string(); });
-  for (std::size_t i = 0; i < line.qdd.size(); ++i)
-    text += "  " + indexed("qdd", i) + " = " + operand(line.tape, line.qdd[i]) + ";\n";
-  text += "}\n";
+      scene + "\";\n\n" +
+      function(line,
+               "bool straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan,\n"
+               "    const double* q, const double* qd, const double* tau, double* qdd)",
+               {{"qdd", &line.qdd}}, true);
+  if (!line.residual.empty()) text += constraint_functions(line);
   if (line.has_series) text += series_definitions(line);
   return text + "\n}  // namespace redysim\n";
 }

@@ -372,7 +372,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   return json.text() + "\n";
 }
 
-// Forward dynamics as straight-line C++ code. Throws std::domain_error if the recursion is faster.
+// Forward dynamics as straight-line C++ code. Throws std::domain_error if the model has none.
 std::string code(const ModelFile& file) {
   const Model& model = file.model;
   const std::vector<std::string> parts = features_of(model);
@@ -384,8 +384,9 @@ std::string code(const ModelFile& file) {
   const StraightLine line = straight_line(model);
   const int count = operations(line);
   if (count > longest_line(line))
-    throw std::domain_error("the recursion is faster than a straight line of " + std::to_string(count) +
-                            " operations");
+    throw std::domain_error("a straight line of " + std::to_string(count) +
+                            " operations is too long, at most " + std::to_string(longest_line(line)) +
+                            " are useful");
   return straight_line_source(line, fingerprint(file.source));
 }
 

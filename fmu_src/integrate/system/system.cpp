@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "dynamics/bias.hpp"
 #include "dynamics/compiled.hpp"
@@ -14,6 +15,9 @@
 namespace redysim {
 
 namespace {
+
+// Whether this library holds straight-line code of a model with constraints.
+constexpr bool compiles_loops = features::straight_line && features::loops;
 
 // The quaternion of a rotation, with the sign closer to the previous one.
 void write_quaternion(const Mat3<double>& rotation, double* quaternion) {
@@ -102,9 +106,10 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   ++evaluations_;
   Coordinates at{y, y + plan_.nv};
   if (plan_.has_motion() || !recursion_inputs_.empty()) at = coordinates_and_inputs(time, y);
-  if constexpr (features::straight_line && !fill_workspace)
-    straight_line_forward_dynamics(plan_, at.q, at.qd, recursion_inputs(), qdd);
-  else
+  constexpr bool tries_line = features::straight_line && !fill_workspace;
+  if constexpr (tries_line)
+    by_line_ = !rank_is_held_ && straight_line_forward_dynamics(plan_, at.q, at.qd, line_forces(at), qdd);
+  if (!tries_line || !by_line_)
     compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, recursion_inputs(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
   double sum = 0;
@@ -113,6 +118,16 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   failed_joint_ = 0;
   while (failed_joint_ + 1 < plan_.nv && std::isfinite(qdd[failed_joint_])) ++failed_joint_;
   return Status::recoverable;
+}
+
+// Joint forces for straight-line code.
+const double* System::line_forces(const Coordinates& at) {
+  const double* tau = recursion_inputs();
+  if (features::taylor || !features::friction || plan_.resistances.empty()) return tau;
+  for (int i = 0; i < plan_.nv; ++i)
+    drive_[i] =
+        plan_.joints[i].has_resistance ? tau[i] + resistance_force(plan_, i, at.q[i], at.qd[i]) : tau[i];
+  return drive_.data();
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
@@ -167,6 +182,8 @@ double System::power(const Coordinates& at, const double* qdd) {
     drive_forces(at, qdd, drive_.data());
     drive = drive_.data();
   }
+  if (features::straight_line && by_line_ && plan_.has_springs())
+    compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   double power = external_power(plan_, workspace_, at.q, at.qd, drive);
   for (int k = 0; k < input_layout_.port_wrench.count; ++k) power += port_power(at, k);
   return power;
@@ -213,6 +230,7 @@ bool System::loops_are_violated() const {
 }
 
 int System::independent_rows() const {
+  if (features::straight_line && by_line_) return rows();
   int rank = 0;
   for (std::size_t c = 0; c < plan_.clusters.size(); ++c)
     rank +=
@@ -221,11 +239,14 @@ int System::independent_rows() const {
 }
 
 void System::hold_rank(bool hold) {
+  rank_is_held_ = hold;
   for (auto& S : workspace_.loop.S) S.hold_rank(hold);
 }
 
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
+  if constexpr (compiles_loops)
+    if (corrects_by_line_) return straight_line_residuals(plan_, at.q, at.qd, workspace_.loop);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
@@ -242,8 +263,10 @@ bool System::has_clear_rank() const {
 
 Status System::project(double time, double* y, double* error, bool evaluated) {
   if (!plan_.has_constraints()) return Status::ok;
+  if (!error && close_by_line(time, y)) return Status::ok;
   workspace_.loop.pivot_tolerance = projection_pivot_tolerance;
-  Status status = project_within_rank(time, y, error, evaluated && has_clear_rank());
+  const bool eliminated = evaluated && !features::straight_line && has_clear_rank();
+  Status status = project_within_rank(time, y, error, eliminated);
   if (status == Status::ok && relative_violation(workspace_.loop, false) > rank_violation) {
     // constraints that are nearly dependent everywhere, not only near this position
     workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
@@ -251,6 +274,21 @@ Status System::project(double time, double* y, double* error, bool evaluated) {
   }
   workspace_.loop.pivot_tolerance = dynamics_pivot_tolerance;
   return status;
+}
+
+// `project` by straight-line code. False: it cannot close the loops, y is unchanged.
+bool System::close_by_line([[maybe_unused]] double time, [[maybe_unused]] double* y) {
+  if constexpr (compiles_loops) {
+    if (rank_is_held_ || !straight_line_corrections(plan_, coordinates(time, y).q, corrections_.data()))
+      return false;
+    std::copy_n(y, size(), before_closing_.begin());
+    corrects_by_line_ = true;
+    const Status status = project_within_rank(time, y, nullptr, true);
+    corrects_by_line_ = false;
+    if (status == Status::ok && !(relative_violation(workspace_.loop, false) > rank_violation)) return true;
+    std::copy(before_closing_.begin(), before_closing_.end(), y);
+  }
+  return false;
 }
 
 Status System::project_within_rank(double time, double* y, double* error, bool eliminated) {
@@ -267,7 +305,13 @@ Status System::project_within_rank(double time, double* y, double* error, bool e
 
 // Corrects q or qd of the state by the residuals in ws.loop.b.
 void System::add_correction(double* y, bool velocity) {
-  correct_loops(plan_, workspace_, scratch_.data());
+  if (compiles_loops && corrects_by_line_) {
+    const std::vector<double>& b = workspace_.loop.b;
+    for (std::size_t i = 0; i < scratch_.size(); ++i)
+      scratch_[i] = std::inner_product(b.begin(), b.end(), &corrections_[i * b.size()], 0.0);
+  } else {
+    correct_loops(plan_, workspace_, scratch_.data());
+  }
   add_change(scratch_.data(), y, velocity);
 }
 
