@@ -20,6 +20,7 @@ class Recorded {
   Recorded(Tape& tape, int node) : tape_(&tape), node_(node) {}
 
   bool is_constant() const { return !tape_; }
+  bool is_zero() const { return !tape_ && value_ == 0; }
   int node_on(Tape& tape) const { return tape_ ? node_ : tape.constant(value_); }
 
   Recorded& operator+=(const Recorded& o) { return *this = *this + o; }

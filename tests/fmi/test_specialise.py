@@ -18,10 +18,10 @@ MODELS = native.SOURCE_TREE / "models"
 METHODS = ["erk", "adams", "dirk", "bdf", "exponential"]  # of auto
 
 
-def run(fmu, **start):
+def run(fmu, stop=0.5, **start):
     from fmpy import simulate_fmu
 
-    return simulate_fmu(str(fmu), stop_time=0.5, output_interval=0.01, start_values=start)
+    return simulate_fmu(str(fmu), stop_time=stop, output_interval=0.01, start_values=start)
 
 
 def simulate(fmu, lines, start):
@@ -82,6 +82,18 @@ def test_a_straight_line_follows_tunable_parameters(tmp_path):
     start = {"link6.mass": 3.0, "joint2.damping": 20.0}
     assert np.allclose(run(general, **start)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-7)
     assert not np.allclose(run(general)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["auto", "bdf"])
+def test_compiled_loops_pass_a_singular_configuration(method, tmp_path, fmu_file):
+    special = tmp_path / "special.fmu"
+    build(describe(MODELS / "slider_crank.toml"), MODELS / "slider_crank.toml", special, specialised=True)
+    start = {"solver.method": method, "solver.rtol": 1e-8}
+    a, b = run(special, stop=3, **start), run(fmu_file("slider_crank"), stop=3, **start)
+    assert np.allclose(a["crank_joint.q"], b["crank_joint.q"], atol=1e-6)
+    assert np.max(np.abs(a["pin.gap"])) < 1e-13
+    assert np.max(np.abs(a["energy.balance"])) < 1e-6
 
 
 @pytest.fixture(scope="module")

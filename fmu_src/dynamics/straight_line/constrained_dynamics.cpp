@@ -8,8 +8,8 @@
 namespace redysim {
 namespace {
 
-// Minimum square of the sine of the angle between a row and the others (mass metric). At this angle
-// multipliers lose four digits.
+// Minimum part of a row that others do not explain, relative to its maximum at any configuration (squares in
+// the mass metric). At this value multipliers lose four digits.
 constexpr double smallest_pivot = 1e-4;
 
 // Square of a magnitude: distances in m, speeds in m/s, spins in rad/s.
@@ -44,18 +44,9 @@ Recorded effect(const Force<Recorded>& wrench, const TreeEquations& tree, int bo
   return wrench.moment.dot(a.angular) + wrench.force.dot(a.linear);
 }
 
-// Adds the levers of a wrench on `body` to a row of J.
-void add_levers(const Plan<Recorded>& plan, const Workspace<Recorded>& ws, Force<Recorded> wrench, int body,
-                int root, RecordedMatrix::RowXpr J) {
-  for (; body != root; body = plan.joints[body].parent) {
-    J[body] += generalized_force(plan.joints[body], wrench);
-    to_parent(plan.joints[body], ws.joints[body], wrench);
-  }
-}
-
 bool has_effect(const JointRows& rows, int row) {
   for (int joint = 0; joint < rows.J.cols(); ++joint)
-    if (!rows.J(row, joint).is_constant() || rows.J(row, joint) != Recorded(0)) return true;
+    if (!rows.J(row, joint).is_zero()) return true;
   return false;
 }
 
@@ -64,6 +55,7 @@ bool has_effect(const JointRows& rows, int row) {
 JointRows::JointRows(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const TreeEquations& tree,
                      const Recorded* q, const Recorded* qd)
     : J(RecordedMatrix::Zero(static_cast<int>(ws.loop.b.size()), plan.nv)),
+      squared_bound(J),
       at_rest(ws.loop.b.size()),
       residual(at_rest),
       rate(at_rest),
@@ -89,8 +81,26 @@ void JointRows::set_loop(const Plan<Recorded>& plan, const Workspace<Recorded>& 
     const Force<Recorded> on_carrier{values.carrier_moment, Vec3<Recorded>::Zero()};
     at_rest[row] = values.quadratic + effect(values.on_a, tree, loop.body_a, plan) +
                    effect(values.on_b, tree, loop.body_b, plan) + effect(on_carrier, tree, loop.root, plan);
-    add_levers(plan, ws, values.on_a, loop.body_a, loop.root, J.row(static_cast<int>(row)));
-    add_levers(plan, ws, values.on_b, loop.body_b, loop.root, J.row(static_cast<int>(row)));
+    add_levers(plan, ws, static_cast<int>(row), values.on_a, loop.point_a, loop.body_a, loop.root);
+    add_levers(plan, ws, static_cast<int>(row), values.on_b, loop.point_b, loop.body_b, loop.root);
+  }
+}
+
+// Adds the levers of a wrench on `body`, at a point of it, to a row of J.
+void JointRows::add_levers(const Plan<Recorded>& plan, const Workspace<Recorded>& ws, int row,
+                           Force<Recorded> wrench, const Vec3<Recorded>& point, int body, int root) {
+  const bool is_moment = wrench.force.squaredNorm().is_zero();
+  Recorded length = sqrt(point.squaredNorm());
+  for (; body != root; body = plan.joints[body].parent) {
+    const JointPlan<Recorded>& joint = plan.joints[body];
+    J(row, body) += generalized_force(joint, wrench);
+    squared_bound(row, body) += is_moment ? largest_squared(joint, Recorded(1), Recorded(0))
+                                          : largest_squared(joint, length * length, Recorded(1));
+    Mat3<Recorded> rotation;
+    Vec3<Recorded> position;
+    joint_pose(joint, ws.joints[body], rotation, position);
+    length += sqrt(position.squaredNorm());
+    to_parent(joint, ws.joints[body], wrench);
   }
 }
 
@@ -104,6 +114,7 @@ void JointRows::set_coupling(const Plan<Recorded>& plan, const CouplingPlan& cou
     const int joint = coupling.joints[k];
     const double ratio = coupling.ratios[k], unit = ratio * plan.joint_units[joint];
     J(coupling.row, joint) = ratio;
+    squared_bound(coupling.row, joint) = ratio * ratio;
     distance += ratio * ratio * q[joint] * q[joint] + unit * unit;
     speed += ratio * ratio * qd[joint] * qd[joint];
   }
@@ -124,17 +135,18 @@ JointRowFactor::JointRowFactor(const TreeEquations& tree, const JointRows& rows)
     for (int j = 0; j <= i; ++j)
       for (int k = 0; k < rows.J.cols(); ++k)
         L_(i, j) += lever_[i][k] * tree.factor.inverse_pivot(k) * lever_[j][k];
-    const Recorded whole = L_(i, i);
-    for (int j = 0; j < i; ++j) {
-      // the entries of row i before j are L D, those after it are S
+    // the entries of row i before j are L D, those after it are S
+    for (int j = 0; j < i; ++j)
       for (int k = 0; k < j; ++k) L_(i, j) -= L_(i, k) * L_(j, k);
-    }
     for (int j = 0; j < i; ++j) {
       const Recorded scaled = L_(i, j) * L_(j, j);
       L_(i, i) -= scaled * L_(i, j);
       L_(i, j) = scaled;
     }
-    margins_.push_back(L_(i, i) - Recorded(smallest_pivot) * whole);
+    Recorded largest;
+    for (int k = 0; k < rows.J.cols(); ++k)
+      largest += rows.squared_bound(effective_[i], k) * tree.factor.inverse_pivot(k);
+    margins_.push_back(L_(i, i) - Recorded(smallest_pivot) * largest);
     L_(i, i) = Recorded(1) / L_(i, i);
   }
 }

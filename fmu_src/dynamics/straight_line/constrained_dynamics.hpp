@@ -12,6 +12,7 @@ struct JointRows {
             const Recorded* qd);
 
   RecordedMatrix J;               // rows x nv
+  RecordedMatrix squared_bound;   // of the entries of J, from distances along the links
   std::vector<Recorded> at_rest;  // phi'' at qdd = 0
   std::vector<Recorded> residual, rate;
   std::vector<Recorded> residual_size, rate_size;  // magnitudes of their terms
@@ -19,12 +20,14 @@ struct JointRows {
  private:
   void set_loop(const Plan<Recorded>& plan, const Workspace<Recorded>& ws, const TreeEquations& tree,
                 const LoopPlan<Recorded>& loop);
+  void add_levers(const Plan<Recorded>& plan, const Workspace<Recorded>& ws, int row, Force<Recorded> wrench,
+                  const Vec3<Recorded>& point, int body, int root);
   void set_coupling(const Plan<Recorded>& plan, const CouplingPlan& coupling, const Recorded* q,
                     const Recorded* qd);
 };
 
 // S = J M^-1 J^T of the rows with an effect, as L D L^T. Valid while each margin is positive: then no row is
-// near dependence on others, and no decision on the rank is needed.
+// small or near dependence on others, and no decision on the rank is needed.
 class JointRowFactor {
  public:
   JointRowFactor(const TreeEquations& tree, const JointRows& rows);

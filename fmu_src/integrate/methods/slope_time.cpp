@@ -15,8 +15,8 @@ constexpr Surroundings of_erk = {0.9, 0.02, 0.3}, of_adams = {5.2, 0.2, 1.5}, of
                        of_dirk = {2.5, 0.65, 0};
 // cost of a constraint row, or a force between bodies, in joints
 constexpr std::size_t row = 3;
-// cost of straight-line code relative to the recursion
-constexpr double straight = features::straight_line ? 0.35 : 1;
+// cost of straight-line code relative to the recursion (docs/specialise.md)
+constexpr double straight = !features::straight_line ? 1 : features::loops ? 0.12 : 0.35;
 constexpr double of_series = 0.8;  // cost of one order of a Taylor series
 
 double with_surroundings(const System& system, const Surroundings& of) {
