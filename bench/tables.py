@@ -33,7 +33,7 @@ LINE_WORDS = {
     "three_rrr": "3-RRR",
     "three_four_bars": "three coupled four-bars",
     "iftomm_squeezer": "Andrews' squeezer",
-    "cognate": "four-bar with cognate, 2 loops",
+    "cognate": "four-bar with its cognates, 4 loops",
 }
 
 
@@ -143,7 +143,8 @@ def straight_lines(text: str) -> str:
         ratio = f"{recursion / line:.1f}" + ("" if found[name] <= found[f"{scene}.longest_straight_line"] else ", not used")
         lines.append(f"| {LINE_WORDS.get(scene, scene)} | {found[name]:.0f} | {recursion:.0f} ns | {line:.0f} ns | {ratio} |")
     notes = " ".join(line[2:] for line in text.splitlines() if line.startswith("# "))
-    below = [f"One evaluation of forward dynamics, medians within one process; with loops, the operations include those that close them. {notes}"]
+    text = "One evaluation of forward dynamics, medians within one process. With loops, the operations include those that close them."
+    below = [f"{text} {notes}"]
     if "kuka_kr5.specialised_library_bytes" in found:
         own, general = (found[f"kuka_kr5.{kind}_library_bytes"] / 1e6 for kind in ("specialised", "general"))
         faster = found["kuka_kr5.specialised_run_times_faster"]
