@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -58,6 +59,21 @@ def test_a_specialised_library_is_smaller_and_gives_the_same_motion(name, parts,
     for column in a.dtype.names:
         if not column.startswith("solver."):
             assert np.allclose(a[column], b[column], rtol=1e-7, atol=1e-7), column
+
+
+@pytest.mark.parametrize(
+    "name, reason",
+    [
+        ("parallelogram", "dependent at the start"),
+        ("four_bar_chain", "operations is too long"),
+        ("bouncing_ball", "without bushings, contacts and spherical joints"),
+        ("stick_slip", "driven by forces or free"),
+    ],
+)
+def test_the_reason_for_no_straight_line_code_is_given(name, reason):
+    command = [str(native.describe_program()), "--straight-line", str(MODELS / f"{name}.toml")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 1 and reason in run.stderr and not run.stdout
 
 
 @pytest.mark.slow

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/ball.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/joint_force.hpp"
 #include "dynamics/straight_line/statement_order.hpp"
 #include "math/recorded.hpp"
@@ -118,6 +120,27 @@ TEST_P(StraightLines, have_each_operation_once_in_order) {
       }
     }
   }
+}
+
+TEST_P(StraightLines, include_wrenches_at_frames) {
+  Model model = tree();
+  for (const Frame::Port port : {Frame::Port::ground_axes, Frame::Port::frame_axes}) {
+    Frame frame;
+    frame.name = port == Frame::Port::ground_axes ? "hook" : "nozzle";
+    frame.link = random.index(static_cast<int>(model.links.size()));
+    frame.position = random.vector(1);
+    frame.rotation = rotation_of(BallAngles{false, 0.3, -0.2, 0.5});
+    frame.port = port;
+    model.frames.push_back(frame);
+  }
+  Evaluate<double> recursion(model);
+  const StraightLine line = straight_line(model);
+  const int n = recursion.nv();
+  const auto q = random.numbers(n, 3), qd = random.numbers(n, 2);
+  const auto inputs = random.numbers(InputLayout(recursion.plan).recursion_size(), 5);
+  EXPECT_LT(relative_difference(run(line, symbols_at(recursion.plan, q, qd, inputs)),
+                                recursion.qdd(vector_of(q), vector_of(qd), vector_of(inputs))),
+            1e-10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, StraightLines, testing::Range(0u, 40u));

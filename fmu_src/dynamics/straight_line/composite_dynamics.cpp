@@ -103,10 +103,11 @@ std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, 
 
 // Joint forces (nv) at zero joint accelerations for the wrenches in the workspace and the force elements.
 std::vector<Recorded> bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                                  const Recorded* qd) {
+                                  const Recorded* qd, const Recorded* port_wrenches) {
   const std::vector<Recorded> zero(plan.joints.size());
   std::vector<Recorded> tau(zero);
   add_forces_between_bodies(plan, ws, q, qd);
+  add_port_wrenches(plan, ws, port_wrenches);
   collect_joint_forces(plan, ws, q, qd, zero.data(), tau.data());
   return tau;
 }
@@ -156,9 +157,9 @@ void TreeFactor::substitute(Recorded* forces) const {
 }
 
 TreeEquations::TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                             const Recorded* qd)
+                             const Recorded* qd, const Recorded* port_wrenches)
     : at_rest(accelerations_at_rest(plan, ws, q, qd)),
-      bias(bias_forces(plan, ws, q, qd)),
+      bias(bias_forces(plan, ws, q, qd, port_wrenches)),
       factor(plan, inertia(plan, ws, q)) {}
 
 }  // namespace redysim

@@ -36,11 +36,12 @@ struct BodyAcceleration {
 };
 
 // Equations of motion M qdd = tau - bias of an open tree without prescribed joints at (q, qd): the bias from
-// the recursive Newton-Euler equations, M from composite bodies (Featherstone 2008, Table 6.2). As
-// straight-line code they take fewer operations than the recursion of aba.hpp up to about 11 joints in
-// series.
+// the recursive Newton-Euler equations, including force elements and wrenches at ports, M from composite
+// bodies (Featherstone 2008, Table 6.2). As straight-line code they take fewer operations than the recursion
+// of aba.hpp up to about 11 joints in series.
 struct TreeEquations {
-  TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd);
+  TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
+                const Recorded* port_wrenches);
 
   std::vector<BodyAcceleration> at_rest;  // accelerations of the bodies at qdd = 0
   std::vector<Recorded> bias;             // nv

@@ -127,9 +127,9 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
 // Records composite bodies, with the rows of loops and couplings. Returns the accelerations.
 std::vector<Recorded> record_composites(StraightLine& line, const Plan<Recorded>& given,
                                         Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
-                                        const Recorded* tau) {
+                                        const Recorded* inputs) {
   const Plan<Recorded> plan = with_base_parameters(given, ws, q);
-  const TreeEquations tree(plan, ws, q, qd);
+  const TreeEquations tree(plan, ws, q, qd, InputLayout(plan).port_wrench.of(inputs));
   const JointRows rows(plan, ws, tree, q, qd);
   const JointRowFactor factor(tree, rows);
   const auto place = [&line](const auto& values, std::vector<int>& nodes) {
@@ -141,7 +141,7 @@ std::vector<Recorded> record_composites(StraightLine& line, const Plan<Recorded>
   place(rows.rate, line.rate);
   place(rows.residual_size, line.residual_size);
   place(rows.rate_size, line.rate_size);
-  return factor.accelerations(tau);
+  return factor.accelerations(inputs);
 }
 
 // Throws if a row may depend on others at the start: the line would then rarely be used.
@@ -160,11 +160,14 @@ StraightLine recorded(const Model& model, bool by_composites) {
   line.by_composites = by_composites;
   const TunablePlan tunable(line.tape, model);
   const Plan<Recorded>& plan = tunable.plan();
-  if (!plan.ports.empty() || plan.prescribed_count > 0)
-    throw std::domain_error("a straight line is for joints driven by forces, without forces at frames");
+  if (plan.prescribed_count > 0)
+    throw std::domain_error("a straight line is for joints that are driven by forces or free");
+  line.has_series = uses_series(model);
+  if (line.has_series && !plan.is_plain())
+    throw std::domain_error("Taylor series are for open trees without forces between bodies or at frames");
   Workspace<Recorded> ws(plan);
   const std::vector<Recorded> q = symbols(line.tape, "q", plan.nv), qd = symbols(line.tape, "qd", plan.nv),
-                              tau = symbols(line.tape, "tau", plan.nv);
+                              tau = symbols(line.tape, "tau", InputLayout(plan).recursion_size());
   std::vector<Recorded> qdd(q.size());
   if (by_composites)
     qdd = record_composites(line, plan, ws, q.data(), qd.data(), tau.data());
@@ -172,7 +175,6 @@ StraightLine recorded(const Model& model, bool by_composites) {
     forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
   require_independent_rows(line, model, plan, tunable.values());
   for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
-  line.has_series = uses_series(model);
   if (line.has_series && model.fmu.shows(OutputGroup::energy))
     line.power = {external_power(plan, ws, q.data(), qd.data(), tau.data()).node_on(line.tape)};
   return line;
@@ -221,9 +223,6 @@ std::string constraint_functions(const StraightLine& line) {
 StraightLine straight_line(const Model& model) {
   if (!model.bushings.empty() || !model.contacts.empty() || !model.balls.empty())
     throw std::domain_error("a straight line is for models without bushings, contacts and spherical joints");
-  const bool is_tree = model.loops.empty() && model.couplings.empty() && model.springs.empty();
-  if (uses_series(model) && !is_tree)
-    throw std::domain_error("Taylor series are for open trees without couplings and spring-dampers");
   StraightLine composites = recorded(model, true);
   if (model.has_constraints()) return composites;
   StraightLine recursion = recorded(model, false);

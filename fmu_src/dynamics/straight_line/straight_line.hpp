@@ -8,7 +8,8 @@
 namespace redysim {
 
 // Forward dynamics of one model recorded on a tape, with the symbols q[i], qd[i], tau[i] and, for tunable
-// parameters, entries of `plan`. Without Taylor series, tau includes friction and stops. Node indices.
+// parameters, entries of `plan`. tau: inputs of the recursion (InputLayout), without Taylor series including
+// friction and stops. Node indices.
 struct StraightLine {
   Tape tape;
   std::vector<int> qdd;
@@ -37,8 +38,8 @@ int longest_line(const StraightLine& line);
 std::string straight_line_source(const StraightLine& line, const std::string& scene);
 
 // Only in a library built with such a file (CMake variable REDYSIM_STRAIGHT_LINE): forward_dynamics of the
-// scene with the fingerprint straight_line_scene; qdd from q, qd, tau (plan.nv each; without Taylor series
-// tau includes friction and stops). False: a row of a loop may depend on others, qdd is not the result.
+// scene with the fingerprint straight_line_scene; qdd from q, qd (plan.nv) and tau as above. False: a row of
+// a loop may depend on others, qdd is not the result.
 bool straight_line_forward_dynamics(const Plan<double>& plan, const double* q, const double* qd,
                                     const double* tau, double* qdd);
 extern const char straight_line_scene[];

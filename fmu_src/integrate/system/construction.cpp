@@ -37,6 +37,8 @@ namespace redysim {
   }
   if (!plan.balls.empty() || control_ || actuators_)
     recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+  if (features::straight_line && !plan.resistances.empty())
+    line_inputs_.resize(static_cast<std::size_t>(input_layout_.recursion_size()));
   if (features::straight_line && plan.has_constraints()) {
     corrections_.assign(q_.size() * workspace_.loop.b.size(), 0.0);
     before_closing_.resize(static_cast<std::size_t>(size()));

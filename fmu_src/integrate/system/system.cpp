@@ -108,7 +108,7 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   if (plan_.has_motion() || !recursion_inputs_.empty()) at = coordinates_and_inputs(time, y);
   constexpr bool tries_line = features::straight_line && !fill_workspace;
   if constexpr (tries_line)
-    by_line_ = !rank_is_held_ && straight_line_forward_dynamics(plan_, at.q, at.qd, line_forces(at), qdd);
+    by_line_ = !rank_is_held_ && straight_line_forward_dynamics(plan_, at.q, at.qd, line_inputs(at), qdd);
   if (!tries_line || !by_line_)
     compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, recursion_inputs(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
@@ -120,14 +120,14 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   return Status::recoverable;
 }
 
-// Joint forces for straight-line code.
-const double* System::line_forces(const Coordinates& at) {
-  const double* tau = recursion_inputs();
-  if (features::taylor || !features::friction || plan_.resistances.empty()) return tau;
+// Inputs of straight-line code: except for Taylor series, it has no friction and no stops.
+const double* System::line_inputs(const Coordinates& at) {
+  const double* inputs = recursion_inputs();
+  if (features::taylor || line_inputs_.empty()) return inputs;
+  std::copy_n(inputs, line_inputs_.size(), line_inputs_.begin());
   for (int i = 0; i < plan_.nv; ++i)
-    drive_[i] =
-        plan_.joints[i].has_resistance ? tau[i] + resistance_force(plan_, i, at.q[i], at.qd[i]) : tau[i];
-  return drive_.data();
+    if (plan_.joints[i].has_resistance) line_inputs_[i] += resistance_force(plan_, i, at.q[i], at.qd[i]);
+  return line_inputs_.data();
 }
 
 Status System::right_hand_side(double time, const double* y, double* ydot) {
@@ -182,7 +182,7 @@ double System::power(const Coordinates& at, const double* qdd) {
     drive_forces(at, qdd, drive_.data());
     drive = drive_.data();
   }
-  if (features::straight_line && by_line_ && plan_.has_springs())
+  if (features::straight_line && by_line_ && (plan_.has_springs() || plan_.has_ports()))
     compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   double power = external_power(plan_, workspace_, at.q, at.qd, drive);
   for (int k = 0; k < input_layout_.port_wrench.count; ++k) power += port_power(at, k);

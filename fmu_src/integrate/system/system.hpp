@@ -224,7 +224,7 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   bool has_clear_rank() const;
-  const double* line_forces(const Coordinates& at);
+  const double* line_inputs(const Coordinates& at);
   bool close_by_line(double time, double* y);
   Status project_within_rank(double time, double* y, double* error, bool eliminated);
   double reduce_residual(double time, double* y, bool velocity);
@@ -268,7 +268,8 @@ class System {
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   ResidualProgress progress_;
-  // Straight-line code (dynamics/straight_line/straight_line.hpp) of models with constraints:
+  // Straight-line code (dynamics/straight_line/straight_line.hpp):
+  std::vector<double> line_inputs_;  // with friction and stops; empty: none
   bool by_line_ = false;             // it computed the last right_hand_side
   bool rank_is_held_ = false;        // it must not be used
   bool corrects_by_line_ = false;    // during a projection by it
