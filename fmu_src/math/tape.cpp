@@ -10,6 +10,14 @@ const std::map<std::string, double (*)(double)> functions = {{"sin", std::sin}, 
                                                              {"sqrt", std::sqrt}, {"abs", std::fabs},
                                                              {"tanh", std::tanh}, {"exp", std::exp}};
 
+// Result of an operation on two values.
+double arithmetic(Tape::Operation operation, double left, double right) {
+  if (operation == Tape::Operation::add) return left + right;
+  if (operation == Tape::Operation::subtract) return left - right;
+  if (operation == Tape::Operation::multiply) return left * right;
+  return left / right;
+}
+
 }  // namespace
 
 int Tape::constant(double value) {
@@ -55,7 +63,7 @@ int Tape::apply(Operation operation, int left, int right) {
 int Tape::simplified(Operation operation, int left, int right) {
   const Node a = (*this)[left], b = (*this)[right];
   if (a.operation == Operation::constant && b.operation == Operation::constant)
-    return folded(operation, a.value, b.value);
+    return constant(arithmetic(operation, a.value, b.value));
   switch (operation) {
     case Operation::add:
       return simplified_sum(left, right);
@@ -66,25 +74,6 @@ int Tape::simplified(Operation operation, int left, int right) {
     case Operation::divide:
       if (is_constant(left, 0)) return constant(0);
       return is_constant(right, 1) ? left : -1;
-    case Operation::constant:
-    case Operation::symbol:
-    case Operation::negate:
-    case Operation::function:
-      break;
-  }
-  return -1;
-}
-
-int Tape::folded(Operation operation, double left, double right) {
-  switch (operation) {
-    case Operation::add:
-      return constant(left + right);
-    case Operation::subtract:
-      return constant(left - right);
-    case Operation::multiply:
-      return constant(left * right);
-    case Operation::divide:
-      return constant(left / right);
     case Operation::constant:
     case Operation::symbol:
     case Operation::negate:
@@ -156,26 +145,11 @@ std::vector<int> Tape::operations_for(const std::vector<int>& results) const {
 }
 
 double Tape::value(const Node& node, const std::vector<double>& of) const {
-  const auto operand = [&of](int k) { return k < 0 ? 0 : of[static_cast<std::size_t>(k)]; };
-  const double left = operand(node.left), right = operand(node.right);
-  switch (node.operation) {
-    case Operation::add:
-      return left + right;
-    case Operation::subtract:
-      return left - right;
-    case Operation::multiply:
-      return left * right;
-    case Operation::divide:
-      return left / right;
-    case Operation::negate:
-      return -left;
-    case Operation::function:
-      return functions.at(node.name)(left);
-    case Operation::constant:
-    case Operation::symbol:
-      break;
-  }
-  return node.value;
+  if (node.operation == Operation::constant) return node.value;
+  const double left = of[static_cast<std::size_t>(node.left)];
+  if (node.operation == Operation::function) return functions.at(node.name)(left);
+  if (node.operation == Operation::negate) return -left;
+  return arithmetic(node.operation, left, of[static_cast<std::size_t>(node.right)]);
 }
 
 std::vector<double> Tape::values(const std::vector<int>& results,

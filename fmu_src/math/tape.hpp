@@ -42,7 +42,6 @@ class Tape {
   using Key = std::tuple<Operation, int, int, std::string>;
   int add(Node node, const Key& key);
   int simplified(Operation operation, int left, int right);
-  int folded(Operation operation, double left, double right);
   int simplified_sum(int left, int right);
   int simplified_difference(int left, int right);
   int simplified_product(int left, int right);

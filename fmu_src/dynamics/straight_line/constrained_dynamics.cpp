@@ -129,12 +129,16 @@ JointRowFactor::JointRowFactor(const TreeEquations& tree, const JointRows& rows)
     lever_.emplace_back(rows.J.row(row).begin(), rows.J.row(row).end());
     tree.factor.eliminate(lever_.back().data());
   }
-  const int count = static_cast<int>(lever_.size());
+  factorize();
+}
+
+void JointRowFactor::factorize() {
+  const int count = static_cast<int>(lever_.size()), joints = static_cast<int>(rows_.J.cols());
   L_ = RecordedMatrix::Zero(count, count);
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j <= i; ++j)
-      for (int k = 0; k < rows.J.cols(); ++k)
-        L_(i, j) += lever_[i][k] * tree.factor.inverse_pivot(k) * lever_[j][k];
+      for (int k = 0; k < joints; ++k)
+        L_(i, j) += lever_[i][k] * tree_.factor.inverse_pivot(k) * lever_[j][k];
     // the entries of row i before j are L D, those after it are S
     for (int j = 0; j < i; ++j)
       for (int k = 0; k < j; ++k) L_(i, j) -= L_(i, k) * L_(j, k);
@@ -144,8 +148,8 @@ JointRowFactor::JointRowFactor(const TreeEquations& tree, const JointRows& rows)
       L_(i, j) = scaled;
     }
     Recorded largest;
-    for (int k = 0; k < rows.J.cols(); ++k)
-      largest += rows.squared_bound(effective_[i], k) * tree.factor.inverse_pivot(k);
+    for (int k = 0; k < joints; ++k)
+      largest += rows_.squared_bound(effective_[i], k) * tree_.factor.inverse_pivot(k);
     margins_.push_back(L_(i, i) - Recorded(smallest_pivot) * largest);
     L_(i, i) = Recorded(1) / L_(i, i);
   }
@@ -161,6 +165,14 @@ std::vector<Recorded> JointRowFactor::solved(std::vector<Recorded> b) const {
   return b;
 }
 
+std::vector<Recorded> JointRowFactor::response(std::vector<Recorded> forces, std::vector<Recorded> b) const {
+  b = solved(std::move(b));
+  for (std::size_t i = 0; i < lever_.size(); ++i)
+    for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += lever_[i][k] * b[i];
+  tree_.factor.substitute(forces.data());
+  return forces;
+}
+
 std::vector<Recorded> JointRowFactor::accelerations(const Recorded* tau) const {
   std::vector<Recorded> forces(tree_.bias), b(lever_.size());
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] = tau[k] - forces[k];
@@ -170,11 +182,7 @@ std::vector<Recorded> JointRowFactor::accelerations(const Recorded* tau) const {
     for (std::size_t k = 0; k < forces.size(); ++k)
       b[i] -= lever_[i][k] * tree_.factor.inverse_pivot(static_cast<int>(k)) * forces[k];
   }
-  b = solved(std::move(b));
-  for (std::size_t i = 0; i < lever_.size(); ++i)
-    for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += lever_[i][k] * b[i];
-  tree_.factor.substitute(forces.data());
-  return forces;
+  return response(std::move(forces), std::move(b));
 }
 
 RecordedMatrix JointRowFactor::corrections() const {
@@ -182,10 +190,7 @@ RecordedMatrix JointRowFactor::corrections() const {
   for (std::size_t column = 0; column < lever_.size(); ++column) {
     std::vector<Recorded> b(lever_.size()), forces(static_cast<std::size_t>(C.rows()));
     b[column] = 1;
-    b = solved(std::move(b));
-    for (std::size_t i = 0; i < lever_.size(); ++i)
-      for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += lever_[i][k] * b[i];
-    tree_.factor.substitute(forces.data());
+    forces = response(std::move(forces), std::move(b));
     for (std::size_t k = 0; k < forces.size(); ++k) C(static_cast<int>(k), effective_[column]) = forces[k];
   }
   return C;

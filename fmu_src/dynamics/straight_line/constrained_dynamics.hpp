@@ -40,7 +40,10 @@ class JointRowFactor {
   RecordedMatrix corrections() const;
 
  private:
+  void factorize();
   std::vector<Recorded> solved(std::vector<Recorded> b) const;  // S^-1 b
+  // Accelerations for eliminated joint forces and the multipliers S^-1 b.
+  std::vector<Recorded> response(std::vector<Recorded> forces, std::vector<Recorded> b) const;
 
   const TreeEquations& tree_;
   const JointRows& rows_;

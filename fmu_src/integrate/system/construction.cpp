@@ -37,13 +37,16 @@ namespace redysim {
   }
   if (!plan.balls.empty() || control_ || actuators_)
     recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
-  if (features::straight_line && !plan.resistances.empty())
-    line_inputs_.resize(static_cast<std::size_t>(input_layout_.recursion_size()));
-  if (features::straight_line && plan.has_constraints()) {
-    corrections_.assign(q_.size() * workspace_.loop.b.size(), 0.0);
-    before_closing_.resize(static_cast<std::size_t>(size()));
-  }
+  if (features::straight_line) allocate_for_line();
   if (model) set_scales(*model, parameters_of(*model));
+}
+
+[[gnu::cold]] void System::allocate_for_line() {
+  if (!features::taylor && !plan_.resistances.empty())
+    line_inputs_.resize(static_cast<std::size_t>(input_layout_.recursion_size()));
+  if (!plan_.has_constraints()) return;
+  corrections_.assign(q_.size() * workspace_.loop.b.size(), 0.0);
+  before_closing_.resize(static_cast<std::size_t>(size()));
 }
 
 // A joint is integrated, or its motion is held between settings, or a trajectory prescribes it.

@@ -120,11 +120,10 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   return Status::recoverable;
 }
 
-// Inputs of straight-line code: except for Taylor series, it has no friction and no stops.
+// Inputs of straight-line code, which contains friction and stops only with Taylor series.
 const double* System::line_inputs(const Coordinates& at) {
-  const double* inputs = recursion_inputs();
-  if (features::taylor || line_inputs_.empty()) return inputs;
-  std::copy_n(inputs, line_inputs_.size(), line_inputs_.begin());
+  if (line_inputs_.empty()) return recursion_inputs();
+  std::copy_n(recursion_inputs(), line_inputs_.size(), line_inputs_.begin());
   for (int i = 0; i < plan_.nv; ++i)
     if (plan_.joints[i].has_resistance) line_inputs_[i] += resistance_force(plan_, i, at.q[i], at.qd[i]);
   return line_inputs_.data();

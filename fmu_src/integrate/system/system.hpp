@@ -224,6 +224,7 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   bool has_clear_rank() const;
+  void allocate_for_line();
   const double* line_inputs(const Coordinates& at);
   bool close_by_line(double time, double* y);
   Status project_within_rank(double time, double* y, double* error, bool eliminated);
