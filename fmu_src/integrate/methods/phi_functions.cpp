@@ -9,9 +9,10 @@ namespace redysim {
 namespace {
 
 constexpr double largest_argument = 0.5;  // maximum for which the series is accurate to rounding
-constexpr int terms = 12;
-constexpr int most_doublings = 60;
-constexpr double factorials[] = {1, 1, 2, 6, 24};
+constexpr int terms = 13;                 // of the series of phi_k
+constexpr int blocks = 5;                 // of three terms of the exponential series
+
+constexpr double factorial(int k) { return k > 1 ? k * factorial(k - 1) : 1; }
 
 // Largest power of two that does not exceed a positive value.
 double power_of_two(double value) { return std::ldexp(1.0, std::ilogb(value)); }
@@ -19,17 +20,19 @@ double power_of_two(double value) { return std::ldexp(1.0, std::ilogb(value)); }
 // Number of doublings, at least one, that reduce a matrix of this norm to the largest argument.
 int doublings(double norm) { return norm > largest_argument ? std::ilogb(norm / largest_argument) + 1 : 1; }
 
-void add_identity(int size, double factor, double* matrix) {
-  for (int i = 0; i < size; ++i) matrix[i + i * size] += factor;
-}
-
 }  // namespace
 
 [[gnu::cold]] PhiFunctions::PhiFunctions(int size, int followers)
-    : size_(size), leaders_(size - followers), scale_(static_cast<std::size_t>(size)), vector_(scale_) {
-  const std::size_t entries = scale_.size() * scale_.size();
-  for (Matrix* matrix : {&balanced_, &scratch_, &half_[1], &half_[2]}) matrix->resize(entries);
-  for (Matrix& matrix : phi_) matrix.resize(entries);
+    : size_(size),
+      leaders_(size - followers),
+      scale_(static_cast<std::size_t>(size)),
+      balanced_(scale_.size() * scale_.size()),
+      z_(balanced_),
+      square_(balanced_),
+      cube_(balanced_),
+      exponentials_(new double[most_doublings * balanced_.size()]),
+      product_(scale_) {
+  for (auto& vector : of_) vector = scale_;
 }
 
 // Scales the variables by powers of two until the norms of row and column of each variable are equal within a
@@ -75,76 +78,95 @@ void PhiFunctions::rescale(int variable, double factor) {
   }
 }
 
+// One product of matrix and vector takes as long as 0.005 size + 0.85 / size right-hand sides.
 double PhiFunctions::cost(int size, double norm) {
-  return 0.025 * size * size * (terms + highest + (highest + 1) * doublings(norm)) / (highest + 1);
+  const int squarings = doublings(norm);
+  const double products = blocks + squarings, vectors = 5 * terms + 2.5 * highest * (1 + squarings);
+  return (size * products + vectors) * (0.005 * size + 0.85 / size);
 }
 
 bool PhiFunctions::evaluate(double h) {
   if (!std::isfinite(h * norm_)) return false;
   doublings_ = doublings(h * norm_);
   if (doublings_ > most_doublings) return false;
-  expand(std::ldexp(h, -doublings_));
-  for (int k = 1; k < doublings_; ++k) double_argument();
-  half_[1] = phi_[1];
-  half_[2] = phi_[2];
-  double_argument();
+  const double share = std::ldexp(h, -doublings_);
+  for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = share * balanced_[i];
+  expand();
+  for (int i = 1; i < doublings_; ++i) {
+    std::copy_n(exponential(i - 1), z_.size(), exponential(i));
+    replace(exponential(i - 1), exponential(i));
+  }
   double sum = 0;
-  for (const double entry : phi_[1]) sum += entry;
+  for (std::size_t i = 0; i < z_.size(); ++i) sum += exponential(doublings_ - 1)[i];
   return std::isfinite(sum);
 }
 
-// phi_4 of `factor` times the matrix by its series, then phi_k = z phi_(k+1) + I / k!.
-void PhiFunctions::expand(double factor) {
-  Matrix& z = scratch_;
-  for (std::size_t k = 0; k < z.size(); ++k) z[k] = factor * balanced_[k];
-  Matrix& series = phi_[highest];
-  std::fill(series.begin(), series.end(), 0.0);
-  double factorial = factorials[highest];
-  for (int k = 1; k <= terms; ++k) factorial *= highest + k;
-  for (int k = terms; k >= 0; --k) {
-    if (k < terms) replace(z, series);
-    add_identity(size_, 1 / factorial, series.data());
-    factorial /= highest + k;
-  }
-  for (int k = highest - 1; k >= 0; --k) {
-    phi_[k] = phi_[k + 1];
-    replace(z, phi_[k]);
-    add_identity(size_, 1 / factorials[k], phi_[k].data());
+// e^z by its series, as a polynomial in z^3 whose coefficients are polynomials in z (Paterson, Stockmeyer,
+// SIAM J. Comput. 2, 1973).
+void PhiFunctions::expand() {
+  double* const sum = exponential(0);
+  square_ = z_;
+  replace(z_.data(), square_.data());
+  cube_ = square_;
+  replace(z_.data(), cube_.data());
+  std::fill_n(sum, z_.size(), 0.0);
+  for (int first = 3 * (blocks - 1); first >= 0; first -= 3) {
+    if (first < 3 * (blocks - 1)) replace(cube_.data(), sum);
+    const double second = 1 / factorial(first + 1), third = 1 / factorial(first + 2);
+    for (std::size_t i = 0; i < z_.size(); ++i) sum[i] += second * z_[i] + third * square_[i];
+    for (int i = 0; i < size_; ++i) sum[i + i * size_] += 1 / factorial(first);
   }
 }
 
-void PhiFunctions::replace(Matrix& left, Matrix& right) {
-  for (int j = 0; j < size_; ++j) {
-    double* to = column(right, j);
-    std::copy_n(to, size_, vector_.data());
-    std::fill_n(to, size_, 0.0);
-    add_product(size_, left.data(), vector_.data(), to);
+// Followers, whose columns are those of a multiple of the identity, are added last.
+void PhiFunctions::multiply(const double* left, const double* x, double* y) const {
+  std::fill_n(y, size_, 0.0);
+  add_product(size_, leaders_, left, x, y);
+  if (leaders_ < size_) add_product(size_, size_ - leaders_, left + leaders_ * size_, x + leaders_, y);
+}
+
+void PhiFunctions::replace(const double* left, double* right) {
+  for (int j = 0; j < size_; ++j, right += size_) {
+    multiply(left, right, product_.data());
+    std::copy_n(product_.data(), size_, right);
+  }
+}
+
+// Sets of_[1] to of_[k] to phi_1(z) x to phi_k(z) x, x = of_[0]: the last by its series, then phi_j = z
+// phi_(j+1) + I / j!.
+void PhiFunctions::start_vectors(int k) {
+  const double* const x = of_[0].data();
+  double* const series = of_[k].data();
+  std::fill_n(series, size_, 0.0);
+  for (int term = terms; term >= 0; --term) {
+    multiply(z_.data(), series, product_.data());
+    const double share = 1 / factorial(k + term);
+    for (int i = 0; i < size_; ++i) series[i] = product_[i] + share * x[i];
+  }
+  for (int j = k - 1; j > 0; --j) {
+    multiply(z_.data(), of_[j + 1].data(), of_[j].data());
+    const double share = 1 / factorial(j);
+    for (int i = 0; i < size_; ++i) of_[j][i] += share * x[i];
   }
 }
 
 // phi_k(2 z) = 2^-k (e^z phi_k(z) + sum_(j = 1 to k) phi_j(z) / (k - j)!)
-void PhiFunctions::double_argument() {
-  for (int k = highest; k > 0; --k) {
-    scratch_ = phi_[k];
-    replace(phi_[0], phi_[k]);
+void PhiFunctions::double_argument(const double* exponential, int k) {
+  for (; k > 0; --k) {
+    multiply(exponential, of_[k].data(), product_.data());
+    double* const to = of_[k].data();
+    for (int i = 0; i < size_; ++i) to[i] += product_[i];
+    for (int j = 1; j < k; ++j) subtract(size_, -1 / factorial(k - j), of_[j].data(), to);
     const double share = std::ldexp(1.0, -k);
-    for (std::size_t i = 0; i < scratch_.size(); ++i) {
-      double sum = phi_[k][i] + scratch_[i];
-      for (int j = 1; j < k; ++j) sum += phi_[j][i] / factorials[k - j];
-      phi_[k][i] = share * sum;
-    }
+    for (int i = 0; i < size_; ++i) to[i] *= share;
   }
-  scratch_ = phi_[0];
-  replace(scratch_, phi_[0]);
 }
 
-void PhiFunctions::add(Matrix& phi, double factor, const double* x, double* y) {
-  double* const scaled = vector_.data();
-  double* const product = scratch_.data();
-  for (int j = 0; j < size_; ++j) scaled[j] = x[j] / scale_[j];
-  std::fill_n(product, size_, 0.0);
-  add_product(size_, phi.data(), scaled, product);
-  for (int i = 0; i < size_; ++i) y[i] += factor * scale_[i] * product[i];
+void PhiFunctions::add(int doublings, int k, double factor, const double* x, double* y) {
+  for (int i = 0; i < size_; ++i) of_[0][i] = x[i] / scale_[i];
+  start_vectors(k);
+  for (int level = 0; level < doublings; ++level) double_argument(exponential(level), k);
+  for (int i = 0; i < size_; ++i) y[i] += factor * scale_[i] * of_[k][i];
 }
 
 }  // namespace redysim

@@ -10,13 +10,14 @@ void subtract(std::int64_t n, double factor, const double* __restrict x, double*
   for (std::int64_t i = 0; i < n; ++i) y[i] -= factor * x[i];
 }
 
-void add_product(std::int64_t n, const double* __restrict matrix, const double* x, double* __restrict y) {
+void add_product(std::int64_t rows, std::int64_t columns, const double* __restrict matrix, const double* x,
+                 double* __restrict y) {
   std::int64_t k = 0;
-  for (; k + 4 <= n; k += 4, matrix += 4 * n)
-    for (std::int64_t i = 0; i < n; ++i)
-      y[i] += matrix[i] * x[k] + matrix[i + n] * x[k + 1] + matrix[i + 2 * n] * x[k + 2] +
-              matrix[i + 3 * n] * x[k + 3];
-  for (; k < n; ++k, matrix += n) subtract(n, -x[k], matrix, y);
+  for (; k + 4 <= columns; k += 4, matrix += 4 * rows)
+    for (std::int64_t i = 0; i < rows; ++i)
+      y[i] += matrix[i] * x[k] + matrix[i + rows] * x[k + 1] + matrix[i + 2 * rows] * x[k + 2] +
+              matrix[i + 3 * rows] * x[k + 3];
+  for (; k < columns; ++k, matrix += rows) subtract(rows, -x[k], matrix, y);
 }
 
 bool factor_lu(double* const* columns, std::int64_t n, std::int64_t* pivots) {

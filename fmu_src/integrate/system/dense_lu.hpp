@@ -10,8 +10,8 @@ namespace redysim {
 // y -= factor * x, n entries.
 void subtract(std::int64_t n, double factor, const double* x, double* y);
 
-// y += matrix x; the matrix has n rows and columns, column-major.
-void add_product(std::int64_t n, const double* matrix, const double* x, double* y);
+// y += matrix x; the matrix is column-major.
+void add_product(std::int64_t rows, std::int64_t columns, const double* matrix, const double* x, double* y);
 
 // Replaces an n x n matrix by its factors L (1 on the diagonal) and U, with row interchanges: row k is
 // exchanged with row pivots[k], k = 0 to n - 1 in turn. False: it is singular.

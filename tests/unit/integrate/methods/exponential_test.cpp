@@ -62,18 +62,18 @@ TEST(PhiFunctions, of_a_vibration_turn_its_phase) {
 }
 
 TEST(PhiFunctions, of_the_leaders_are_the_same_bits_with_followers) {
-  const double leaders[] = {-0.3, -4e8, 1, -2}, with_follower[] = {-0.3, -4e8, 7e5, 1, -2, 3e9, 0, 0, 0};
-  PhiFunctions two(2, 0), three(3, 1);
-  two.set_matrix(leaders);
-  three.set_matrix(with_follower);
-  ASSERT_TRUE(two.evaluate(0.01) && three.evaluate(0.01));
-  const double x[] = {0.7, 0.1, 0.4};
+  const double leaders[] = {-0.3, -4e8, 30, 1, -2, 0, 2, 0.1, -7};
+  const double with_follower[] = {-0.3, -4e8, 30, 7e5, 1, -2, 0, 3e9, 2, 0.1, -7, 5, 0, 0, 0, 0};
+  PhiFunctions three(3, 0), four(4, 1);
+  three.set_matrix(leaders);
+  four.set_matrix(with_follower);
+  ASSERT_TRUE(three.evaluate(0.01) && four.evaluate(0.01));
+  const double x[] = {0.7, 0.1, -0.2, 0.4};
   for (int k = 1; k <= 4; ++k) {
-    double of_two[] = {0, 0}, of_three[] = {0, 0, 0};
-    two.add(k, 1, x, of_two);
+    double of_three[3] = {}, of_four[4] = {};
     three.add(k, 1, x, of_three);
-    EXPECT_EQ(of_two[0], of_three[0]);
-    EXPECT_EQ(of_two[1], of_three[1]);
+    four.add(k, 1, x, of_four);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(of_three[i], of_four[i]);
   }
 }
 
