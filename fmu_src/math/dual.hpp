@@ -23,11 +23,11 @@ struct DirectionsOf<1> {
 template <int directions>
 struct DualNumber {
   using Derivative = typename DirectionsOf<directions>::Type;
-  double value = 0;
-  Derivative derivative = {};
+  double value;
+  Derivative derivative;
 
-  DualNumber() = default;
-  DualNumber(double v) : value(v) {}  // a constant; implicit like conversions to double
+  DualNumber() = default;  // without values, as double
+  DualNumber(double v) : value(v), derivative{} {}  // a constant; implicit like conversions to double
   DualNumber(double v, const Derivative& d) : value(v), derivative(d) {}
 
   [[gnu::always_inline]] DualNumber& operator+=(const DualNumber& o) {
