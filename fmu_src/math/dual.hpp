@@ -26,7 +26,7 @@ struct DualNumber {
   double value;
   Derivative derivative;
 
-  DualNumber() = default;  // without values, as double
+  DualNumber() = default;                           // without values, as double
   DualNumber(double v) : value(v), derivative{} {}  // a constant; implicit like conversions to double
   DualNumber(double v, const Derivative& d) : value(v), derivative(d) {}
 
