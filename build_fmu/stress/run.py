@@ -84,7 +84,7 @@ def _run(name: str, fmu: Staged, case: Case, seconds: float, method: str | None)
     if kind == "doubtful" and not _opens(facts):
         kind, message = _judge_finer(fmu, case, start, facts, budget, rtol, where) or (kind, message)
     if kind in ("failed", "slow", "doubtful"):
-        remedy = _remedy(fmu, case, start, outcome, seconds, rtol, where)
+        remedy = _remedy(fmu, case, start, outcome, budget, rtol, where)
     error = math.nan
     if kind in ("finished", "doubtful") and where and not case.open_end:
         error = _error(fmu, case, task, outcome, where, rtol, seconds)
@@ -191,12 +191,14 @@ def balance_bound(rtol: float, motion: float) -> float:
 
 
 def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seconds: float, rtol: float, where: Positions | None) -> str:
-    """Returns the first other method that finishes the case, as a text."""
+    """Returns the first other method that finishes the case, and a long run at least as far as the first one, as a text."""
     for method in METHODS:
         if method == first.method:
             continue
         task = _task(fmu, case, {**start, **fmu.solver(method)}, seconds)
         outcome = drive(fmu, task)
+        if outcome.reached < first.reached:
+            continue
         facts = _facts(task, outcome, where)
         if _judge(case, outcome, facts, rtol)[0] == "finished":
             return f"finishes with {method}"

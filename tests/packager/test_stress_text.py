@@ -9,7 +9,7 @@ import pytest
 from lxml import html
 
 from build_fmu.run.driver import Outcome
-from build_fmu.stress import variants
+from build_fmu.stress import run, variants
 from build_fmu.stress.cases import GROUPS, Case, catalogue
 from build_fmu.stress.html import write_html
 from build_fmu.stress.pages import (
@@ -189,6 +189,24 @@ GOOD = {"balance": 1e-9, "gap": 1e-15, "energy": 1.0, "moved": 1.0}
 )
 def test_judgements(outcome, facts, case, kind):
     assert _judge(case, outcome, facts, 1e-6)[0] == kind
+
+
+@pytest.mark.parametrize("reached, remedy", [(0.4, ""), (0.5, "finishes with erk"), (1.0, "finishes with erk")])
+def test_a_remedy_reaches_as_far_as_the_first_run(monkeypatch, reached, remedy):
+    class Unstaged:
+        def names(self, causality):
+            return []
+
+        def reals(self):
+            return []
+
+        def solver(self, method):
+            return {}
+
+    monkeypatch.setattr(run, "drive", lambda fmu, task: Outcome("budget", reached=reached))
+    monkeypatch.setattr(run, "_facts", lambda task, outcome, where: GOOD)
+    first = Outcome("budget", reached=0.5, method="auto")
+    assert run._remedy(Unstaged(), replace(CASE, open_end=True), {}, first, 2.0, 1e-6, None) == remedy
 
 
 def test_the_page_groups_alike_failures(tmp_path):
