@@ -31,7 +31,7 @@ def add(commands) -> None:
     command.add_argument(
         "--specialise",
         action="store_true",
-        help="compile a smaller and faster library for this model; requires the source tree, CMake and a C++ compiler",
+        help="compile a library for this model, which is faster and often smaller; requires the source tree, CMake and a C++ compiler",
     )
     command.add_argument(
         "--platforms",
