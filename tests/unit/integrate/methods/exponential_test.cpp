@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
+#include <vector>
 
 #include "integrate/methods/phi_functions.hpp"
 #include "model/read/model_file.hpp"
@@ -59,6 +61,42 @@ TEST(PhiFunctions, of_a_vibration_turn_its_phase) {
   phi.add(1, h, velocity, integral);
   EXPECT_NEAR(integral[0], (1 - std::cos(w * h)) / (w * w), 1e-10 / (w * w));
   EXPECT_NEAR(integral[1], std::sin(w * h) / w, 1e-10 / w);
+}
+
+// Against the series in long doubles, whose terms do not cancel much for matrices of this size.
+TEST(PhiFunctions, of_a_matrix_agree_with_their_series) {
+  constexpr int size = 7;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<double> a(size * size), x(size);
+  for (double& entry : a) entry = uniform(random);
+  for (double& entry : x) entry = uniform(random);
+  PhiFunctions phi(size, 0);
+  phi.set_matrix(a.data());
+  ASSERT_TRUE(phi.evaluate(1.5));
+  const auto check = [&](int k, long double h, const std::vector<double>& value) {
+    std::vector<long double> term(x.begin(), x.end()), sum(size);
+    for (int j = 1; j <= k; ++j)
+      for (auto& entry : term) entry /= j;
+    for (int j = 1; j < 80; ++j) {
+      std::vector<long double> next(size);
+      for (int row = 0; row < size; ++row) {
+        sum[row] += term[row];
+        for (int column = 0; column < size; ++column)
+          next[row] += h / (k + j) * a[row + column * size] * term[column];
+      }
+      term = next;
+    }
+    for (int row = 0; row < size; ++row)
+      EXPECT_NEAR(value[row], 2 * static_cast<double>(sum[row]), 1e-13) << k;
+  };
+  for (int k = 1; k <= 4; ++k) {
+    std::vector<double> whole(size), half(size);
+    phi.add(k, 2, x.data(), whole.data());
+    phi.add_half(k, 2, x.data(), half.data());
+    check(k, 1.5L, whole);
+    check(k, 0.75L, half);
+  }
 }
 
 TEST(PhiFunctions, of_the_leaders_are_the_same_bits_with_followers) {
