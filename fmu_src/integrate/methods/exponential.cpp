@@ -108,13 +108,11 @@ double Exponential::attempt_error(double h) {
   const std::size_t size = y_.size();
   double* u = candidate_;
   std::copy_n(result_, size, u);
-  phi_.add_half(1, 0.5 * h, slope_.data(), u);
-  if (depends_on_time()) phi_.add_half(2, 0.25 * h * h, slope_by_time_.data(), u);
-  if (!remainder(0.5, h, u, second_.data())) return infinite;
-  std::copy_n(result_, size, u);
-  phi_.add(1, h, slope_.data(), u);
-  if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), u);
   combined_.assign(u, u + size);
+  phi_.add(1, h, slope_.data(), combined_.data(), 0.5 * h, u);
+  if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), combined_.data(), 0.25 * h * h, u);
+  if (!remainder(0.5, h, u, second_.data())) return infinite;
+  std::copy_n(combined_.data(), size, u);
   phi_.add(1, h, second_.data(), u);
   if (!remainder(1, h, u, third_.data())) return infinite;
   set_errors_of_work(h);

@@ -10,9 +10,18 @@ namespace {
 
 constexpr double largest_argument = 0.5;  // maximum for which the series is accurate to rounding
 constexpr int terms = 13;                 // of the series of phi_k
-constexpr int blocks = 5;                 // of three terms of the exponential series
+constexpr int few = 3;     // leaders, for which calls of add_product take longer than the products
+constexpr int blocks = 5;  // of three terms of the exponential series
 
-constexpr double factorial(int k) { return k > 1 ? k * factorial(k - 1) : 1; }
+// [k]: 1 / k!
+struct InverseFactorials {
+  double of[20] = {1};
+  constexpr InverseFactorials() {
+    double factorial = 1;
+    for (int k = 1; k < 20; ++k) of[k] = 1 / (factorial *= k);
+  }
+};
+constexpr InverseFactorials inverse_factorial;
 
 // Largest power of two that does not exceed a positive value.
 double power_of_two(double value) { return std::ldexp(1.0, std::ilogb(value)); }
@@ -81,7 +90,7 @@ void PhiFunctions::rescale(int variable, double factor) {
 // One product of matrix and vector takes as long as 0.005 size + 0.85 / size right-hand sides.
 double PhiFunctions::cost(int size, double norm) {
   const int squarings = doublings(norm);
-  const double products = blocks + squarings, vectors = 5 * terms + 2.5 * highest * (1 + squarings);
+  const double products = blocks + squarings, vectors = 4 * terms + 9 * (1 + squarings);
   return (size * products + vectors) * (0.005 * size + 0.85 / size);
 }
 
@@ -112,15 +121,20 @@ void PhiFunctions::expand() {
   std::fill_n(sum, z_.size(), 0.0);
   for (int first = 3 * (blocks - 1); first >= 0; first -= 3) {
     if (first < 3 * (blocks - 1)) replace(cube_.data(), sum);
-    const double second = 1 / factorial(first + 1), third = 1 / factorial(first + 2);
+    const double second = inverse_factorial.of[first + 1], third = inverse_factorial.of[first + 2];
     for (std::size_t i = 0; i < z_.size(); ++i) sum[i] += second * z_[i] + third * square_[i];
-    for (int i = 0; i < size_; ++i) sum[i + i * size_] += 1 / factorial(first);
+    for (int i = 0; i < size_; ++i) sum[i + i * size_] += inverse_factorial.of[first];
   }
 }
 
 // Followers, whose columns are those of a multiple of the identity, are added last.
 void PhiFunctions::multiply(const double* left, const double* x, double* y) const {
   std::fill_n(y, size_, 0.0);
+  if (leaders_ <= few) {  // the call would take longer
+    for (int j = 0; j < size_; ++j, left += size_)
+      for (int i = 0; i < size_; ++i) y[i] += left[i] * x[j];
+    return;
+  }
   add_product(size_, leaders_, left, x, y);
   if (leaders_ < size_) add_product(size_, size_ - leaders_, left + leaders_ * size_, x + leaders_, y);
 }
@@ -140,12 +154,12 @@ void PhiFunctions::start_vectors(int k) {
   std::fill_n(series, size_, 0.0);
   for (int term = terms; term >= 0; --term) {
     multiply(z_.data(), series, product_.data());
-    const double share = 1 / factorial(k + term);
+    const double share = inverse_factorial.of[k + term];
     for (int i = 0; i < size_; ++i) series[i] = product_[i] + share * x[i];
   }
   for (int j = k - 1; j > 0; --j) {
     multiply(z_.data(), of_[j + 1].data(), of_[j].data());
-    const double share = 1 / factorial(j);
+    const double share = inverse_factorial.of[j];
     for (int i = 0; i < size_; ++i) of_[j][i] += share * x[i];
   }
 }
@@ -156,17 +170,25 @@ void PhiFunctions::double_argument(const double* exponential, int k) {
     multiply(exponential, of_[k].data(), product_.data());
     double* const to = of_[k].data();
     for (int i = 0; i < size_; ++i) to[i] += product_[i];
-    for (int j = 1; j < k; ++j) subtract(size_, -1 / factorial(k - j), of_[j].data(), to);
+    for (int j = 1; j < k; ++j) subtract(size_, -inverse_factorial.of[k - j], of_[j].data(), to);
     const double share = std::ldexp(1.0, -k);
     for (int i = 0; i < size_; ++i) to[i] *= share;
   }
 }
 
-void PhiFunctions::add(int doublings, int k, double factor, const double* x, double* y) {
+void PhiFunctions::add_to(double* y, int k, double factor) const {
+  for (int i = 0; i < size_; ++i) y[i] += factor * scale_[i] * of_[k][i];
+}
+
+void PhiFunctions::add(int k, double factor, const double* x, double* y, double half_factor,
+                       double* at_half) {
   for (int i = 0; i < size_; ++i) of_[0][i] = x[i] / scale_[i];
   start_vectors(k);
-  for (int level = 0; level < doublings; ++level) double_argument(exponential(level), k);
-  for (int i = 0; i < size_; ++i) y[i] += factor * scale_[i] * of_[k][i];
+  for (int level = 0; level < doublings_; ++level) {
+    if (at_half && level == doublings_ - 1) add_to(at_half, k, half_factor);
+    double_argument(exponential(level), k);
+  }
+  add_to(y, k, factor);
 }
 
 }  // namespace redysim

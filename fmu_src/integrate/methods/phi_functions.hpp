@@ -16,12 +16,12 @@ class PhiFunctions {
   void set_matrix(const double* a);  // A, column-major
   bool evaluate(double h);           // false: the exponential function overflows
 
-  // y += factor phi_k(h A) x; add_half uses phi_k(h A / 2).
-  void add(int k, double factor, const double* x, double* y) { add(doublings_, k, factor, x, y); }
-  void add_half(int k, double factor, const double* x, double* y) { add(doublings_ - 1, k, factor, x, y); }
+  // y += factor phi_k(h A) x and, if given, at_half += half_factor phi_k(h A / 2) x.
+  void add(int k, double factor, const double* x, double* y, double half_factor = 0,
+           double* at_half = nullptr);
 
-  // CPU time of evaluate(h) and five vectors, in right-hand sides of an open tree of this size. `norm`: norm
-  // of h A.
+  // CPU time of evaluate(h) and of a step's four vectors, in right-hand sides of an open tree of this size.
+  // `norm`: norm of h A.
   static double cost(int size, double norm);
   double cost(double h) const { return cost(size_, h * norm_); }
 
@@ -36,8 +36,8 @@ class PhiFunctions {
   void expand();
   void multiply(const double* left, const double* x, double* y) const;  // y = left x
   void replace(const double* left, double* right);                      // right = left right
-  void add(int doublings, int k, double factor, const double* x, double* y);
   void start_vectors(int k);
+  void add_to(double* y, int k, double factor) const;
   void double_argument(const double* exponential, int k);
 
   int size_, leaders_;         // leaders_: size_ minus followers

@@ -38,14 +38,10 @@ TEST(PhiFunctions, of_a_number_have_their_closed_form) {
       EXPECT_NEAR(value, static_cast<double>(exact), 1e-13 * std::fabs(static_cast<double>(exact)));
     };
     for (int k = 1; k <= 4; ++k) {
-      double value = 0;
-      phi.add(k, 1, &one, &value);
+      double value = 0, at_half = 0;
+      phi.add(k, 1, &one, &value, 1, &at_half);
       is_near(value, phi_of(k, z));
-    }
-    for (int k = 1; k <= 2; ++k) {
-      double value = 0;
-      phi.add_half(k, 1, &one, &value);
-      is_near(value, phi_of(k, 0.5L * z));
+      is_near(at_half, phi_of(k, 0.5L * z));
     }
   }
 }
@@ -64,8 +60,7 @@ TEST(PhiFunctions, of_a_vibration_turn_its_phase) {
 }
 
 // Against the series in long doubles, whose terms do not cancel much for matrices of this size.
-TEST(PhiFunctions, of_a_matrix_agree_with_their_series) {
-  constexpr int size = 7;
+void agree_with_their_series(int size) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<double> a(size * size), x(size);
@@ -92,11 +87,14 @@ TEST(PhiFunctions, of_a_matrix_agree_with_their_series) {
   };
   for (int k = 1; k <= 4; ++k) {
     std::vector<double> whole(size), half(size);
-    phi.add(k, 2, x.data(), whole.data());
-    phi.add_half(k, 2, x.data(), half.data());
+    phi.add(k, 2, x.data(), whole.data(), 2, half.data());
     check(k, 1.5L, whole);
     check(k, 0.75L, half);
   }
+}
+
+TEST(PhiFunctions, of_a_matrix_agree_with_their_series) {
+  for (const int size : {2, 5, 7, 13}) agree_with_their_series(size);
 }
 
 TEST(PhiFunctions, of_the_leaders_are_the_same_bits_with_followers) {
