@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrate/methods/tuning.hpp"
 #include "integrate/system/dense_lu.hpp"
 
 namespace redysim {
@@ -39,9 +40,14 @@ int doublings(double norm) { return norm > largest_argument ? std::ilogb(norm / 
       z_(balanced_),
       square_(balanced_),
       cube_(balanced_),
-      exponentials_(new double[most_doublings * balanced_.size()]),
       product_(scale_) {
   for (auto& vector : of_) vector = scale_;
+  for (int i = 0; i < most_doublings && size <= Tuning::implicit_from_start; ++i) exponential(i);
+}
+
+double* PhiFunctions::exponential(int i) {
+  if (!exponentials_[i]) exponentials_[i].reset(new double[z_.size()]);
+  return exponentials_[i].get();
 }
 
 // Scales the variables by powers of two until the norms of row and column of each variable are equal within a

@@ -30,7 +30,7 @@ class PhiFunctions {
   static constexpr int highest = 4, most_doublings = 40;
 
   double* column(Matrix& matrix, int j) const { return &matrix[static_cast<std::size_t>(j) * scale_.size()]; }
-  double* exponential(int i) const { return &exponentials_[static_cast<std::size_t>(i) * z_.size()]; }
+  double* exponential(int i);  // e^(2^i z), i < doublings_
   void rescale(int variable, double factor);
   double norm_of_row(int i);
   void expand();
@@ -46,8 +46,8 @@ class PhiFunctions {
   double norm_ = 0;            // 1-norm of the leaders' block
   int doublings_ = 1;
   Matrix z_, square_, cube_;  // h A / 2^doublings_, balanced, and its powers
-  // e^(2^i z), i < doublings_. Memory that is never written is not committed by the operating system.
-  std::unique_ptr<double[]> exponentials_;
+  // Allocated at the first use, for few states at once, so that steps allocate nothing.
+  std::unique_ptr<double[]> exponentials_[most_doublings];
   std::vector<double> of_[highest + 1];  // [k]: phi_k times a vector; [0]: the vector
   std::vector<double> product_;
 };
