@@ -97,19 +97,30 @@ TEST(PhiFunctions, of_a_matrix_agree_with_their_series) {
   for (const int size : {2, 5, 7, 13}) agree_with_their_series(size);
 }
 
+// With seven leaders, products of four columns at a time would group the follower with three of them.
 TEST(PhiFunctions, of_the_leaders_are_the_same_bits_with_followers) {
-  const double leaders[] = {-0.3, -4e8, 30, 1, -2, 0, 2, 0.1, -7};
-  const double with_follower[] = {-0.3, -4e8, 30, 7e5, 1, -2, 0, 3e9, 2, 0.1, -7, 5, 0, 0, 0, 0};
-  PhiFunctions three(3, 0), four(4, 1);
-  three.set_matrix(leaders);
-  four.set_matrix(with_follower);
-  ASSERT_TRUE(three.evaluate(0.01) && four.evaluate(0.01));
-  const double x[] = {0.7, 0.1, -0.2, 0.4};
-  for (int k = 1; k <= 4; ++k) {
-    double of_three[3] = {}, of_four[4] = {};
-    three.add(k, 1, x, of_three);
-    four.add(k, 1, x, of_four);
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(of_three[i], of_four[i]);
+  for (const int leaders : {2, 3, 7}) {
+    const int size = leaders + 1;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(-3, 3);
+    std::vector<double> without(leaders * leaders), with(size * size), x(size);
+    for (int column = 0; column < leaders; ++column) {
+      for (int row = 0; row < leaders; ++row)
+        with[row + column * size] = without[row + column * leaders] = uniform(random);
+      with[leaders + column * size] = 1e9 * uniform(random);
+    }
+    for (double& entry : x) entry = uniform(random);
+    PhiFunctions alone(leaders, 0), followed(size, 1);
+    alone.set_matrix(without.data());
+    followed.set_matrix(with.data());
+    ASSERT_TRUE(alone.evaluate(1) && followed.evaluate(1));
+    for (int k = 1; k <= 4; ++k) {
+      std::vector<double> expected(leaders), found(size);
+      alone.add(k, 1, x.data(), expected.data());
+      followed.add(k, 1, x.data(), found.data());
+      found.pop_back();
+      EXPECT_EQ(found, expected) << leaders;
+    }
   }
 }
 
