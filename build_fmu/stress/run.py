@@ -191,7 +191,7 @@ def balance_bound(rtol: float, motion: float) -> float:
 
 
 def _remedy(fmu: Staged, case: Case, start: dict[str, Any], first: Outcome, seconds: float, rtol: float, where: Positions | None) -> str:
-    """Returns the first other method that finishes the case, and a long run at least as far as the first one, as a text."""
+    """Returns the first other method that finishes the case, as a text; a long run must come as far as the `first` one."""
     for method in METHODS:
         if method == first.method:
             continue

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "integrate/methods/tuning.hpp"
 #include "integrate/system/dense_lu.hpp"
@@ -42,7 +43,8 @@ int doublings(double norm) { return norm > largest_argument ? std::ilogb(norm / 
       cube_(balanced_),
       product_(scale_) {
   for (auto& vector : of_) vector = scale_;
-  for (int i = 0; i < most_doublings && size <= Tuning::implicit_from_start; ++i) exponential(i);
+  if (size <= Tuning::implicit_from_start)
+    for (int i = 0; i < most_doublings; ++i) exponential(i);
 }
 
 double* PhiFunctions::exponential(int i) {
@@ -107,26 +109,20 @@ bool PhiFunctions::evaluate(double h) {
   const double share = std::ldexp(h, -doublings_);
   for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = share * balanced_[i];
   expand();
-  for (int i = 1; i < doublings_; ++i) {
-    std::copy_n(exponential(i - 1), z_.size(), exponential(i));
-    replace(exponential(i - 1), exponential(i));
-  }
-  double sum = 0;
-  for (std::size_t i = 0; i < z_.size(); ++i) sum += exponential(doublings_ - 1)[i];
-  return std::isfinite(sum);
+  for (int i = 1; i < doublings_; ++i) set_product(exponential(i - 1), exponential(i - 1), exponential(i));
+  const double* const last = exponential(doublings_ - 1);
+  return std::isfinite(std::accumulate(last, last + z_.size(), 0.0));
 }
 
 // e^z by its series, as a polynomial in z^3 whose coefficients are polynomials in z (Paterson, Stockmeyer,
 // SIAM J. Comput. 2, 1973).
 void PhiFunctions::expand() {
   double* const sum = exponential(0);
-  square_ = z_;
-  replace(z_.data(), square_.data());
-  cube_ = square_;
-  replace(z_.data(), cube_.data());
+  set_product(z_.data(), z_.data(), square_.data());
+  set_product(z_.data(), square_.data(), cube_.data());
   std::fill_n(sum, z_.size(), 0.0);
   for (int first = 3 * (blocks - 1); first >= 0; first -= 3) {
-    if (first < 3 * (blocks - 1)) replace(cube_.data(), sum);
+    if (first < 3 * (blocks - 1)) set_product(cube_.data(), sum, sum);
     const double second = inverse_factorial.of[first + 1], third = inverse_factorial.of[first + 2];
     for (std::size_t i = 0; i < z_.size(); ++i) sum[i] += second * z_[i] + third * square_[i];
     for (int i = 0; i < size_; ++i) sum[i + i * size_] += inverse_factorial.of[first];
@@ -142,13 +138,13 @@ void PhiFunctions::multiply(const double* left, const double* x, double* y) cons
     return;
   }
   add_product(size_, leaders_, left, x, y);
-  if (leaders_ < size_) add_product(size_, size_ - leaders_, left + leaders_ * size_, x + leaders_, y);
+  add_product(size_, size_ - leaders_, left + leaders_ * size_, x + leaders_, y);
 }
 
-void PhiFunctions::replace(const double* left, double* right) {
-  for (int j = 0; j < size_; ++j, right += size_) {
+void PhiFunctions::set_product(const double* left, const double* right, double* to) {
+  for (int j = 0; j < size_; ++j, right += size_, to += size_) {
     multiply(left, right, product_.data());
-    std::copy_n(product_.data(), size_, right);
+    std::copy_n(product_.data(), size_, to);
   }
 }
 

@@ -34,8 +34,8 @@ class PhiFunctions {
   void rescale(int variable, double factor);
   double norm_of_row(int i);
   void expand();
-  void multiply(const double* left, const double* x, double* y) const;  // y = left x
-  void replace(const double* left, double* right);                      // right = left right
+  void multiply(const double* left, const double* x, double* y) const;    // y = left x
+  void set_product(const double* left, const double* right, double* to);  // to = left right; may be `right`
   void start_vectors(int k);
   void add_to(double* y, int k, double factor) const;
   void double_argument(const double* exponential, int k);
