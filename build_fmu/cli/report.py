@@ -43,7 +43,7 @@ def add(commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the reports and returns the exit code; targets that fail are reported at the end."""
-    from build_fmu.report.make import Wish, make_report, write
+    from build_fmu.report.make import Wish, files_of, make_report, write
     from build_fmu.report.pages import advice, run_rows
     from build_fmu.report.sweep import METHODS, TOLERANCES, known_method
 
@@ -65,8 +65,9 @@ def run(options: argparse.Namespace) -> int:
     with sweep_bar() as progress:
         for target in targets:
             try:
-                report = make_report(target, wish, progress(target))
-                files = write(report, folder, f"{target.stem}_report")
+                name = f"{target.stem}_report"
+                report = make_report(target, wish, progress(target), files_of(folder, name))
+                files = write(report, folder, name)
                 print(*files, *(f"  {line}" for line in advice(report)), sep="\n")
                 facts.append({"target": target, "files": files, "unit": report.unit, "advice": advice(report), "runs": run_rows(report)})
             except InvalidArgument:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
 
     target = _simulated_file(options)
     _check_files(options)
-    with _as_fmu(target) as (fmu, said), Session(fmu) as session:
+    with _as_fmu(target, options) as (fmu, said), Session(fmu) as session:
         model = _model_of_layout(fmu) if options.redysim_layout else None
         chosen = select_outputs(session, options.output)
         # the layout needs columns that --output may exclude
@@ -88,14 +88,20 @@ def run(options: argparse.Namespace) -> int:
 def _check_files(options: argparse.Namespace) -> None:
     """Raises UserError for wrong names of files, before the run."""
     from build_fmu.draw.plots import FORMATS
-    from build_fmu.run.tables import keep_other_files
 
     for path, endings in ((options.csv, (".csv",)), (options.plot, FORMATS)):
         if path is not None:
             output_file(path, path.name, endings)
-    if options.csv:
-        keep_other_files(options.csv, options.input)
     output_folder(options.redysim_layout, "--redysim-layout")
+
+
+def _keep_files(options: argparse.Namespace, resources: Sequence[Path]) -> None:
+    """Raises UserError if --csv would overwrite another file than results; `resources`: tables of the model."""
+    from build_fmu.run.signals import tables_of
+    from build_fmu.run.tables import keep_other_files
+
+    if options.csv:
+        keep_other_files(options.csv, [*tables_of(options.input), *resources])
 
 
 def _model_of_layout(fmu: Path) -> Description:
@@ -159,15 +165,20 @@ def _simulated_file(options: argparse.Namespace) -> Path:
 
 
 @contextmanager
-def _as_fmu(target: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yields the FMU itself, or one built from a model file in a temporary folder, and the warnings that were printed."""
+def _as_fmu(target: Path, options: argparse.Namespace) -> Iterator[tuple[Path, list[str]]]:
+    """Yields the FMU itself, or one built from a model file in a temporary folder, and the warnings that were printed.
+
+    Raises UserError if --csv would overwrite a file that is read.
+    """
     if target.suffix == ".fmu":
+        _keep_files(options, [])
         yield target, []
         return
     from build_fmu.fmu.build import build_for_run
     from build_fmu.model.describe import describe
 
     model = describe(target)
+    _keep_files(options, [target.parent / name for name in model.resources])
     warn(model.warnings)
     with tempfile.TemporaryDirectory() as folder:
         fmu = Path(folder) / f"{model.model_identifier}.fmu"

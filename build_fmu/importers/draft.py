@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import chain, count
 
 GROUND = "ground"
-RESERVED = ("time", "energy", "solver", "gravity", "independent", GROUND)
+RESERVED = ("time", "energy", "solver", "gravity", "independent", "state", GROUND)
 
 
 @dataclass

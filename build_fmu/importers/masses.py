@@ -6,7 +6,7 @@ from argparse import Namespace
 
 import numpy as np
 
-from build_fmu.errors import UserError, listed
+from build_fmu.errors import InvalidArgument, listed
 from build_fmu.importers.draft import GROUND, Draft, DraftLink
 from build_fmu.importers.rigid import pose_of, six_of
 from build_fmu.importers.solids import Body, Solid, body_of, is_open, joined
@@ -22,7 +22,7 @@ def add_masses(draft: Draft, solids: dict[str, list[Solid]], options: Namespace)
             draft.lost.append("masses and inertias: the file contains none; --density or --mass fills them, or add them to the model file")
         return
     if options.density is not None and options.mass is not None:
-        raise UserError("--density and --mass exclude each other: give one of them")
+        raise InvalidArgument("--density and --mass exclude each other: give one of them")
     source = "shapes"
     if not any(solids.get(link.name) for link in empty) and len(empty) == len(draft.links):
         solids, source = _rods(draft.links), "link lengths, as rods"

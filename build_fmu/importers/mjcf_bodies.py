@@ -14,7 +14,7 @@ from lxml import etree
 from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft
 from build_fmu.importers.mjcf_axes import principal_axes
-from build_fmu.importers.mjcf_file import Mjcf, elements, towards, turn
+from build_fmu.importers.mjcf_file import ORIENTATIONS, Mjcf, elements, towards, turn
 from build_fmu.importers.obj_faces import obj_faces
 from build_fmu.importers.rigid import matrix_of, transform
 from build_fmu.importers.solids import Body as Mass
@@ -330,7 +330,11 @@ class Tree:
         if inertial is not None:
             values = mj.attributes(inertial)
             at = outer @ mj.pose(inertial, values)
+            if "pos" not in values:
+                raise mj.error(inertial, "<inertial> requires 'pos'")
             if "fullinertia" in values:
+                if other := next((key for key in (*ORIENTATIONS, "diaginertia") if key in values), ""):
+                    raise mj.error(inertial, f"<inertial> has 'fullinertia', which excludes '{other}'")
                 own = matrix_of(mj.numbers(inertial, values, "fullinertia", 6))
                 axes = at[:3, :3] @ principal_axes(own)
             else:

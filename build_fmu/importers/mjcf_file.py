@@ -47,6 +47,8 @@ class Mjcf:
         self.classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         for element in self.root.findall("default"):
             self._read_class(element, self.classes["main"], element.get("class", "main"))
+            # until MuJoCo 3.1 the top class, which applies to all elements, could have another name
+            self.classes["main"] = self.classes[element.get("class", "main")]
 
     def error(self, element: etree._Element, sentence: str) -> UserError:
         """Returns an exception with file and line."""

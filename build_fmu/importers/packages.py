@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from build_fmu.errors import InvalidArgument, UserError, did_you_mean
+from build_fmu.importers.fields import read_text
 
 
 def places_of(package: str, folder: Path) -> list[Path]:
@@ -28,6 +29,8 @@ def expanded(path: Path, arguments: Sequence[str]) -> bytes:
     try:
         import xacro
     except ImportError:
+        if not has_macros(Path(), read_text(path)):
+            return path.read_bytes()  # its name ends in .xacro only
         raise UserError(
             f"'{path}' contains xacro macros: install the package xacro (pip install 'build-fmu[xacro]'), "
             f"or run `xacro {path.name} > robot.urdf` and import the result"

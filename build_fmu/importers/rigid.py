@@ -59,7 +59,7 @@ def start_poses(links: Sequence[DraftLink]) -> dict[str, np.ndarray]:
 
 
 def position_and_angles(own: np.ndarray) -> tuple[list[float], list[float]]:
-    """Returns position (m) and roll, pitch, yaw (rad) of a frame, rounded to 13 decimals."""
+    """Returns position (m) and roll, pitch, yaw (rad) of a frame, rounded to 13 decimals, of a position below 1 m to 13 digits."""
     r = own[:3, :3]
     cosine = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], cosine)
@@ -67,7 +67,9 @@ def position_and_angles(own: np.ndarray) -> tuple[list[float], list[float]]:
     # roll is computed after removing yaw, whose rounding error is large near a pitch of 90 degrees
     c, s = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
-    return [round(float(x), 13) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]
+    largest = float(np.abs(own[:3, 3]).max())
+    digits = 13 - math.floor(math.log10(largest)) if 0 < largest < 1 else 13
+    return [round(float(x), digits) for x in own[:3, 3]], [round(x, 13) for x in (roll, pitch, yaw)]
 
 
 def of_quaternion(q: Sequence[float]) -> np.ndarray:

@@ -72,6 +72,8 @@ class Sdf(Urdf):
         self.file = parsed(path, path.read_bytes())
         if self.file.tag != "sdf":
             raise UserError(f"{path}: the root element must be <sdf>, got <{self.file.tag}>")
+        if _version(self.file)[0] != 1:
+            raise self.error(self.file, f"version '{self.file.get('version')}' is not supported: expected 1.3 to 1.11")
         self.lost: list[str] = []
         self.doubts: list[str] = []
         self.closing: list[Closing] = []

@@ -112,7 +112,7 @@ def parsed(path: Path, text: bytes) -> etree._Element:
     # prefixes without a namespace are common in URDF files, and the only error that is accepted
     for error in errors:
         if error.domain_name != "NAMESPACE":
-            raise UserError(f"{path}:{error.line}:{error.column}: invalid XML: {error.message.strip()}")
+            raise UserError(f"{path}:{error.line}:{error.column}: {_sentence(error.message.strip())}")
     if root is None:
         raise UserError(f"{path}:1:1: invalid XML: no element")
     dtd = root.getroottree().docinfo.internalDTD
@@ -128,6 +128,12 @@ def parsed(path: Path, text: bytes) -> etree._Element:
             if ":" not in key:
                 element.set(key, value.strip())
     return root
+
+
+def _sentence(message: str) -> str:
+    if message.startswith("Excessive depth"):
+        return "elements nested in more than 255 others are not supported"
+    return f"invalid XML: {message}"
 
 
 def _parse(text: bytes) -> tuple[etree._Element | None, list[etree._LogEntry]]:

@@ -18,8 +18,9 @@ from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
 from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
 from build_fmu.run.driver import Staged, staged
-from build_fmu.run.signals import parse_inputs
+from build_fmu.run.signals import parse_inputs, tables_of
 from build_fmu.run.simulate import MOST_STEPS
+from build_fmu.run.tables import keep_inputs
 
 TIGHT_SECONDS = 20.0
 
@@ -39,9 +40,14 @@ class Wish:
     repeats: int = 20
 
 
+def files_of(folder: Path, name: str) -> list[Path]:
+    """Returns the files of a report: page, text, table, diagram and picture."""
+    return [folder / f"{name}{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
+
+
 def write(report: Report, folder: Path, name: str) -> list[Path]:
     """Writes the files of a report into the folder and returns them."""
-    files = [folder / f"{name}{ending}" for ending in (".html", ".md", ".csv", ".svg", ".png")]
+    files = files_of(folder, name)
     write_pictures(files[3:], report)
     write_csv(files[2], report)
     write_page(files[1], report, files[3].name)
@@ -49,10 +55,18 @@ def write(report: Report, folder: Path, name: str) -> list[Path]:
     return files
 
 
-def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], None] = lambda *_: None) -> Report:
-    """Sweeps one FMU or model file; `progress` gets a text, the number of finished runs and that of all runs."""
+def make_report(
+    target: Path, wish: Wish, progress: Callable[[str, int, int], None] = lambda *_: None, files: Sequence[Path] = ()
+) -> Report:
+    """Sweeps one FMU or model file; `progress` gets a text, the number of finished runs and that of all runs.
+
+    Raises UserError, also if the sweep reads one of the `files` to be written.
+    """
     begin, load_before = time.monotonic(), load()
     model = describe(target) if target.suffix == ".toml" else None
+    table = wish.reference or _named_reference(model, target)
+    resources = [target.parent / name for name in model.resources] if model else []
+    keep_inputs(files, [*tables_of(wish.inputs), *resources, *([table] if table else [])])
     with staged(target) as fmu:
         where = positions(fmu)
         usual = fmu.step
@@ -74,7 +88,7 @@ def make_report(target: Path, wish: Wish, progress: Callable[[str, int, int], No
         forces = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
         changing = [c for c in wish.changing if not c or forces]
         rows = np.arange(round(stop / max(steps)) + 1) * max(steps)
-        references = _references(fmu, model, target, wish, where, inputs, rows)
+        references = _references(fmu, table if not inputs.given or wish.reference else None, where, inputs, rows)
         plan = Plan(stop, steps, methods, wish.tolerances, changing, wish.seconds, wish.repeats)
         total = len(steps) * len(changing) * len(methods) * len(wish.tolerances)
         points = list(sweep(fmu, where, references, inputs, plan, lambda text, done: progress(text, done, total)))
@@ -112,13 +126,10 @@ def _inputs(fmu: Staged, arguments: Sequence[str]) -> Inputs:
     return Inputs(list(signals), lambda t: [signal(t) for signal in signals.values()])
 
 
-def _references(
-    fmu: Staged, model: Description | None, target: Path, wish: Wish, where, inputs: Inputs, rows: np.ndarray
-) -> Callable[[float], Reference]:
+def _references(fmu: Staged, table: Path | None, where, inputs: Inputs, rows: np.ndarray) -> Callable[[float], Reference]:
     """Returns a function of the communication step size: with sampled inputs, each step size has its own motion. `rows` in s."""
     stop, longest = float(rows[-1]), float(rows[1])
-    table = wish.reference or _named_reference(model, target)
-    if table and (not inputs.given or wish.reference):
+    if table:
         exact = from_csv(table, where)
         exact.coverage(rows)  # refuses a table without common times
         return lambda _: exact

@@ -88,6 +88,12 @@ def parse_inputs(arguments: Sequence[str], find: Callable[[str], str], unit: Uni
     return signals
 
 
+def tables_of(arguments: Sequence[str]) -> list[Path]:
+    """Returns the CSV files that the arguments name, without standard input."""
+    sources = (argument.rpartition("=")[2].strip() for argument in arguments)
+    return [Path(source) for source in sources if _is_table(source) and source != "-"]
+
+
 def expression_of(text: str, owner: str) -> Expression:
     """Returns the function of t (s) in an argument; raises InvalidArgument, whose message begins with the owner."""
     try:

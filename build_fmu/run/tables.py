@@ -23,10 +23,16 @@ def write_csv(path: Path, result: Result) -> None:
     whole_file(path, write)
 
 
-def keep_other_files(path: Path, inputs: Sequence[str]) -> None:
+def keep_inputs(paths: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """Raises UserError if an output would overwrite an input."""
+    for path in paths:
+        if any(name.resolve() == path.resolve() for name in inputs):
+            raise UserError(f"'{path}' is an input of this run: choose another output file")
+
+
+def keep_other_files(path: Path, inputs: Sequence[Path]) -> None:
     """Raises UserError if the output would overwrite an input or a file that does not contain results."""
-    if any(Path(name).resolve() == path.resolve() for name in inputs):
-        raise UserError(f"'{path}' is an input of this run: choose another output file")
+    keep_inputs([path], inputs)
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             head = file.readline(5)

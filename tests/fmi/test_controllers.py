@@ -59,6 +59,15 @@ def known_run(fmu: Path, stop: float, step: float, start: tuple[str, ...] = ()):
         return simulate(session, Settings(stop, step, None, list(start), []))
 
 
+def test_a_record_does_not_replace_the_table_of_a_trajectory(tmp_path):
+    model, table = tmp_path / "mixed.toml", tmp_path / "rail.csv"
+    model.write_text(MIXED.replace("LAW", "pd"), encoding="utf-8")
+    table.write_text(RAIL)
+    done = command("simulate", model, "--csv", table, "--stop", "0.01")
+    assert done.returncode == 1 and f"'{table}' is an input of this run" in done.stderr
+    assert table.read_text() == RAIL
+
+
 def test_each_joint_shows_what_it_does(mixed):
     fmu = mixed()
     assert fmu.named("input") == ["arm.tau_added", "hand.tau_added"]

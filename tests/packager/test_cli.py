@@ -230,16 +230,23 @@ def test_empty_names_are_refused(capsys, arguments, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "sentence"),
+    ("name", "content", "words", "sentence"),
     [
-        ("arm.csv", "joint,alpha,a,theta,d\n", "does not contain simulation results"),
-        ("wind.csv", "time,rod.tau\n0,0\n1,1\n", "is an input of this run"),
+        ("arm.csv", "joint,alpha,a,theta,d\n", "simulate rod.toml --csv arm.csv", "does not contain simulation results"),
+        ("wind.csv", "time,pivot.tau\n0,0\n1,1\n", "simulate rod.toml --csv wind.csv --input wind.csv", "is an input of this run"),
+        (
+            "wind.csv",
+            "time,pivot.tau\n0,0\n1,1\n",
+            "simulate rod.toml --csv wind.csv --input pivot.tau=wind.csv",
+            "is an input of this run",
+        ),
+        ("rod_report.csv", "time,pivot.q\n0,0\n1,1\n", "report rod.toml --reference rod_report.csv", "is an input of this run"),
     ],
 )
-def test_a_record_takes_the_place_of_records_alone(compiled, tmp_path, name, content, sentence):
+def test_a_record_takes_the_place_of_records_alone(compiled, tmp_path, name, content, words, sentence):
+    (tmp_path / "rod.toml").write_text((ROOT / "models" / "pendulum.toml").read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / name).write_text(content)
-    more = ["--input", name] if "input" in sentence else []
-    done = run("simulate", ROOT / "models" / "pendulum.toml", "--stop", "0.01", "--csv", name, *more, cwd=tmp_path)
+    done = run(*words.split(), "--stop", "0.01", cwd=tmp_path)
     assert done.returncode == 1
     assert sentence in done.stderr
     assert (tmp_path / name).read_text() == content

@@ -423,6 +423,13 @@ def test_includes_and_nested_classes(tmp_path):
         imported(tmp_path, text)
 
 
+def test_the_top_class_applies_to_all_elements_whatever_its_name(tmp_path):
+    text = """<mujoco><default class="robot"><joint damping="2"/><default class="soft"><joint stiffness="4"/></default></default>
+<worldbody><body><joint name="a"/><geom size="0.1"/><body><joint name="b" class="soft"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    draft = imported(tmp_path, text)
+    assert [(one.damping, one.stiffness) for one in draft.links] == [(2, 0), (2, 4)]
+
+
 def test_a_nested_include_is_searched_in_the_folder_of_the_main_file_first(tmp_path):
     # as in MuJoCo 4.0.0: the folder of the main file, then that of the including one
     (tmp_path / "parts").mkdir()
@@ -483,6 +490,17 @@ def test_negative_damping_is_listed_and_other_negative_forces_are_refused(tmp_pa
     [
         ('<body name="rocker"', '<replicate/><body name="rocker"', "<replicate> is not supported: save the expanded model"),
         ('name="rocker"', 'name="rod"', r"robot\.xml:6: duplicate body 'rod'"),
+        ('<joint name="o"', '<inertial mass="1"/><joint name="o"', r"robot\.xml:6: <inertial> requires 'pos'"),
+        (
+            '<joint name="o"',
+            '<inertial mass="1" pos="0 0 0" quat="1 1 0 0" fullinertia="1 1 1 0 0 0"/><joint name="o"',
+            r"robot\.xml:6: <inertial> has 'fullinertia', which excludes 'quat'",
+        ),
+        (
+            "<body",
+            "<body>" * 260 + "</body>" * 260 + "<body",
+            r"robot\.xml:\d+:\d+: elements nested in more than 255 others are not supported",
+        ),
         ('size="0.05"', 'size="0"', "'size' of a <geom> of type sphere must be 1 number"),
         ('axis="0 1 0" range', 'axis="0 1" range', "'axis' of <joint> must be 3 numbers, got '0 1'"),
         ('name="c"', 'name="c" class="x"', "unknown default class 'x'"),

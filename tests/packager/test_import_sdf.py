@@ -331,6 +331,7 @@ def test_a_joint_that_closes_a_loop_leads_no_mimic(tmp_path):
         ("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>", "robot.sdf:5: joint 'a': the axis is zero"),
         ('<link name="right">', '<link name="left">', "robot.sdf:3: duplicate name 'left'"),
         ("<parent>world</parent><child>left", "<parent>coupler</parent><child>left", "robot.sdf:2: cyclic parent references: left"),
+        ('version="1.7"', 'version="2.0"', "robot.sdf:1: version '2.0' is not supported: expected 1.3 to 1.11"),
         ("<mass>2</mass>", "<mass>two</mass>", "robot.sdf:2: 'value' of <mass> must be a number, got 'two'"),
     ],
 )

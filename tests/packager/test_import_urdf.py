@@ -9,10 +9,11 @@ import pytest
 from build_fmu.cli import main
 from build_fmu.errors import UserError
 from build_fmu.importers import urdf
-from build_fmu.importers.draft import DhFrame
+from build_fmu.importers.draft import RESERVED, DhFrame
 from build_fmu.importers.layout import settle
 from build_fmu.importers.rigid import pose_of, position_and_angles, rotation_x, rotation_y, rotation_z, transform
 from build_fmu.importers.toml_writer import model_text
+from build_fmu.native import SOURCE_TREE
 from tests.packager.import_options import import_options
 
 ARM = """<?xml version="1.0" encoding="UTF-8"?>
@@ -41,6 +42,17 @@ def imported(tmp_path, text, **options):
     path = tmp_path / "arm.urdf"
     path.write_text(text, encoding="utf-8")
     return urdf.read(path, import_options(**options))
+
+
+@pytest.mark.parametrize("name", RESERVED)
+def test_names_that_model_files_reserve_are_changed(tmp_path, name):
+    names = [link.name for link in imported(tmp_path, ARM.replace('"time"', f'"{name}"')).links]
+    assert f"{name}_2" in names and name not in names
+
+
+def test_the_names_that_model_files_reserve_are_all_known():
+    text = (SOURCE_TREE / "docs" / "model_file.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"`(\w+)`", re.search(r"(.*) are reserved\.", text)[1])) == set(RESERVED)
 
 
 def test_an_unknown_attribute_is_told_once(tmp_path):

@@ -57,6 +57,10 @@ def test_without_the_package_one_sentence_says_what_to_do(arm, monkeypatch):
         path.write_text(ARM)
         with pytest.raises(UserError, match=r"contains xacro macros: install the package xacro .*or run `xacro arm"):
             urdf.read(path, import_options())
+    no_macros = arm.with_suffix(".xacro")
+    no_macros.write_text("no XML")
+    with pytest.raises(UserError, match=r"arm\.xacro:1:1: invalid XML"):
+        urdf.read(no_macros, import_options())
 
 
 def test_macros_in_comments_of_an_expanded_file_need_no_xacro(arm, monkeypatch):
