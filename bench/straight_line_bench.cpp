@@ -16,7 +16,7 @@
 namespace redysim {
 // the names are defined by CMake
 #define REDYSIM_LINE(scene) \
-  bool line_of_##scene(const Plan<double>&, const double*, const double*, const double*, double*);
+  bool line_of_##scene(const Plan<double>&, const double*, const double*, const double*, double*, double*);
 REDYSIM_LINES
 #undef REDYSIM_LINE
 }  // namespace redysim
@@ -33,7 +33,8 @@ struct Scene {
         q(static_cast<std::size_t>(plan.nv)),
         qd(q),
         tau(q),
-        out(q) {
+        out(q),
+        drive(q) {
     for (std::size_t i = 0; i < q.size(); ++i) {
       q[i] = plan.has_constraints() ? model.links[plan.joints[i].link].joint.q0
                                     : std::sin(1.7 * static_cast<double>(i) + 0.3);
@@ -44,7 +45,7 @@ struct Scene {
   Plan<double> plan;
   Workspace<double> ws;
   StraightLine line;
-  std::vector<double> q, qd, tau, out;
+  std::vector<double> q, qd, tau, out, drive;
 };
 
 template <class Evaluate>
@@ -67,8 +68,9 @@ void measure_scene(const std::string& name, Line line) {
   measure(name + "/recursion", scene, [](Scene& s) {
     compiled_forward_dynamics(s.plan, s.ws, s.q.data(), s.qd.data(), s.tau.data(), s.out.data());
   });
-  measure(name + "/straight_line", scene,
-          [line](Scene& s) { return line(s.plan, s.q.data(), s.qd.data(), s.tau.data(), s.out.data()); });
+  measure(name + "/straight_line", scene, [line](Scene& s) {
+    return line(s.plan, s.q.data(), s.qd.data(), s.tau.data(), s.out.data(), s.drive.data());
+  });
 }
 
 }  // namespace

@@ -20,6 +20,12 @@ struct BallAnglesOf {
 };
 using BallAngles = BallAnglesOf<double>;
 
+// Whether a quaternion of any length has an orientation that can be computed.
+inline bool has_orientation(const double* quaternion) {
+  const double length = Eigen::Map<const Eigen::Vector4d>(quaternion).norm();
+  return length > 1e-6 && length < 1e100;
+}
+
 inline Mat3<double> rotation_of(const double* quaternion) {
   return Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3])
       .normalized()

@@ -40,7 +40,7 @@ TEST_F(CompiledLoops, agree_with_the_recursion) {
     const Vector q = closed_at(-1.5 + 0.02 * seed) + 1e-3 * test::vector_of(random.numbers(3, 1)),
                  qd = test::vector_of(random.numbers(3, 3)), tau = test::vector_of(random.numbers(3, 5));
     Vector qdd(3);
-    ASSERT_TRUE(straight_line_forward_dynamics(plan, q.data(), qd.data(), tau.data(), qdd.data()));
+    ASSERT_TRUE(straight_line_forward_dynamics(plan, q.data(), qd.data(), tau.data(), qdd.data(), nullptr));
     EXPECT_LT(relative_difference(qdd, recursion.qdd(q, qd, tau)), 1e-11);
 
     straight_line_residuals(plan, q.data(), qd.data(), ws.loop);
@@ -62,7 +62,8 @@ TEST_F(CompiledLoops, leave_singular_configurations_to_the_recursion) {
   const Vector q = closed_at(0), still = Vector::Zero(3);
   Vector qdd(3);
   test::Matrix C(rows, 3);
-  EXPECT_FALSE(straight_line_forward_dynamics(plan, q.data(), still.data(), still.data(), qdd.data()));
+  EXPECT_FALSE(
+      straight_line_forward_dynamics(plan, q.data(), still.data(), still.data(), qdd.data(), nullptr));
   EXPECT_FALSE(straight_line_corrections(plan, q.data(), C.data()));
 }
 

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from tests.fmi.conftest import ROOT, build_fmu
+from tests.fmi.raw import ERROR, OK, Slave
 
 
 class Run:
@@ -118,6 +119,16 @@ def test_start_orientation_is_a_parameter(tmp_path):
     half = math.sqrt(0.5)
     run.put({"body.quaternion0[1]": half, "body.quaternion0[2]": 0, "body.quaternion0[3]": 0, "body.quaternion0[4]": half})
     assert run.array("body.angle", 3) == pytest.approx([math.pi / 2, 0, 0], abs=1e-15)
+
+
+@pytest.mark.parametrize("length", [0, 1e-7, 1e101, 1e155, 1e300])
+def test_a_start_orientation_has_a_length(built, length):
+    with Slave(built(FREE_BODY)) as slave:
+        assert slave.setup() == OK and slave.call("EnterInitializationMode") == OK
+        for i in range(1, 5):
+            assert slave.set(f"body.quaternion0[{i}]", length * (i == 2)) == OK
+        assert slave.call("ExitInitializationMode") == ERROR
+        assert "body.quaternion0 must not be zero" in slave.errors[-1]
 
 
 @pytest.mark.parametrize("angles", [(0.3, math.pi / 2, 0.2), (0.3, -math.pi / 2, 0.2), (2.5, math.pi / 2 - 1e-9, -1.0), (3.0, 1.5, -3.0)])

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.fmi.raw import OK, Unpacked
+from tests.fmi.raw import OK, Slave, Unpacked
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
@@ -182,3 +182,32 @@ def test_the_work_of_contacts_of_prescribed_bodies(built, instance, method):
     for k in range(1000):
         assert one.step(k * 1e-3, 1e-3) == OK
         assert one.get("energy.contact") == pytest.approx(work[100 * (k + 1)], abs=1e-7)
+
+
+# Two spheres of bodies that a loop locks: the power of their contact is its force times rounding errors.
+LOCKED = """name = "locked"
+link = [
+  {name = "a", joint = "spherical", drive = "free", mass = 1, com = [0.5, 0.1, -0.3], inertia = [0.1, 0.2, 0.25], q = [0.9, -0.8, -0.1]},
+  {name = "b", joint = "cylindrical", drive = "free", mass = 1, com = [0.2, 0.3, 0.1], inertia = [0.1, 0.1, 0.1], a = 0.37, alpha = 0.6},
+]
+loop = [{name = "weld", type = "fixed", link_a = "a", link_b = "b", point_a = [0.37, 0, 0], axis_a = [0, -0.5646424733950354, 0.8253356149096783]}]
+[[contact]]
+name = "c"
+link_a = "b"
+shape_a = "sphere"
+radius_a = 0.1
+link_b = "a"
+shape_b = "sphere"
+point_b = [0.2, 0.02, 0.01]
+radius_b = 0.1
+stiffness = 1e5
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_contact_that_a_loop_locks_does_no_work(built, method):
+    with Slave(built(LOCKED)) as slave:
+        slave.initialize(start={"solver.method": method})
+        slave.run(0.5, 0.05)
+        assert slave.get("energy.kinetic") > 1
+        assert abs(slave.get("energy.work")) < 1e-12 and abs(slave.get("energy.balance")) < 1e-4

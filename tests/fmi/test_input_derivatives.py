@@ -125,6 +125,15 @@ def test_the_work_follows(rig, method):
         assert slave.get("energy.balance") == pytest.approx(0, abs=1e-8)
 
 
+def test_a_derivative_does_not_change_what_was_read_before(built):
+    rod = 'name = "rod"\nlink = [{name = "rod", mass = 1, com = [0.3, 0, 0], qd = 0.5}]\nfmu = {outputs = ["power"]}\n'
+    with Slave(built(rod)) as slave:
+        slave.initialize()
+        assert slave.set("rod.tau", 2) == OK and slave.get("rod.power") == 1
+        assert set_derivatives(slave, "rod.tau", 7) == OK
+        assert slave.get("rod.power") == 1
+
+
 @pytest.mark.parametrize("name", ["guided.q", "guided.qd", "guided.qdd"])
 def test_prescribed_motion_is_one_chain_of_derivatives(rig, name):
     chain = [0.2, -0.5, 0.7, 1.1, -1.3, 1.7]

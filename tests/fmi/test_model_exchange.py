@@ -502,6 +502,8 @@ def test_infinite_accelerations_ask_for_a_smaller_step(fmu):
         assert tool.call("GetDerivatives", slopes.ctypes.data_as(c.c_void_p), c.c_size_t(len(states))) == DISCARD
         assert np.isnan(slopes).all(), "for clients that do not look at the status, like CVode of FMPy"
         assert any("not finite" in text for _, _, text in tool.messages)
+        status, acceleration = tool.try_get("hinge.qdd")
+        assert (status, np.isnan(acceleration), tool.try_get("hinge.q")[0]) == (DISCARD, True, OK)
         assert tool.set("hinge.tau", 0.0) == OK and tool.set("rail.tau", 0.0) == OK
         assert np.isfinite(tool.derivatives()).all()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.fmi.exchange import Exchange
 from tests.fmi.raw import ERROR, OK
 
 DRIVEN = """
@@ -196,3 +197,24 @@ def test_a_refused_end_of_initialization_changes_nothing(built, instance):
     assert slave.set("crank.q0", 0.91) == OK, "still in initialization"
     assert slave.set_reals(["state.q[1]", "state.q[2]", "state.q[3]"], [0.9, -1.2, 0.8]) == OK
     assert slave.call("ExitInitializationMode") == OK, slave.errors
+
+
+def test_reading_between_two_changes_does_not_change_the_energy_balance(built):
+    cart = """name = "cart"\ngravity = [0, -9.81, 0]
+link = [
+  {name = "cart", joint = "prismatic", drive = "motion", mass = 1, alpha = 1.57, qd = 0.3},
+  {name = "pole", mass = 1, com = [0.4, 0, 0], inertia = [0, 0.1, 0.1], alpha = -1.57, q = 0.5},
+]
+fmu = {outputs = ["energy"], tunable = ["pole.mass"]}
+"""
+    balances = []
+    for reads in (False, True):
+        with Exchange(built(cart)) as tool:
+            tool.begin()
+            assert tool.call("EnterEventMode") == OK and tool.set("pole.mass", 1.5) == OK
+            if reads:
+                tool.get("energy.kinetic")
+            assert tool.set("cart.qd", 2.0) == OK
+            tool.event()
+            balances.append(tool.get("energy.balance"))
+    assert balances[0] == balances[1]

@@ -34,6 +34,13 @@ def test_the_motion_does_not_depend_on_whole_turns(fmu, method):
     assert turned[1] == pytest.approx(turned[0], abs=1e-7) and abs(turned[0]) > 0.01
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_limit_without_a_reciprocal_is_an_honest_failure(fmu, method):
+    with Slave(fmu("pendulum")) as slave:
+        slave.initialize(start={"solver.method": method, "solver.max_step": 1e-310})
+        assert slave.step(0, 0.01) == ERROR and slave.errors
+
+
 @pytest.mark.parametrize("size", [math.nan, math.inf, -math.inf, -0.01])
 def test_bad_step_sizes_are_refused(slave, size):
     assert slave.step(0, size) == ERROR

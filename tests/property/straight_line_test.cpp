@@ -30,18 +30,26 @@ test::Vector run(const StraightLine& line, const std::map<std::string, double>& 
   return vector_of(line.tape.values(line.qdd, symbols));
 }
 
+// Drive force of prescribed joint i. That of the line is without friction and stops.
+double drive_force(const StraightLine& line, const std::map<std::string, double>& symbols,
+                   const Plan<double>& plan, int i, double q, double qd) {
+  return line.tape.values({line.drive[i]}, symbols)[0] -
+         (plan.joints[i].has_resistance ? resistance_force(plan, i, q, qd) : 0);
+}
+
 void set(std::map<std::string, double>& symbols, const std::string& name, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i) symbols[name + "[" + std::to_string(i) + "]"] = values[i];
 }
 
-// Values of the symbols. tau of the line includes friction and stops.
+// Values of the symbols. Forces in tau of the line include friction and stops.
 std::map<std::string, double> symbols_at(const Plan<double>& plan, const std::vector<double>& q,
                                          const std::vector<double>& qd, std::vector<double> tau) {
   std::map<std::string, double> symbols;
   set(symbols, "q", q);
   set(symbols, "qd", qd);
   for (int i = 0; i < plan.nv; ++i)
-    if (plan.joints[i].has_resistance) tau[i] += resistance_force(plan, i, q[i], qd[i]);
+    if (plan.joints[i].has_resistance && !plan.joints[i].prescribed)
+      tau[i] += resistance_force(plan, i, q[i], qd[i]);
   set(symbols, "tau", tau);
   return symbols;
 }
@@ -61,6 +69,53 @@ TEST_P(StraightLines, say_what_the_recursion_says) {
   EXPECT_LT(relative_difference(run(line, symbols_at(recursion.plan, q, qd, tau)),
                                 recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
             1e-10);
+}
+
+TEST_P(StraightLines, follow_prescribed_joints) {
+  Model model = tree();
+  for (Link& link : model.links)
+    if (random.chance(0.4)) link.joint.drive = Drive::motion;
+  Evaluate<double> recursion(model);
+  const StraightLine line = straight_line(model);
+  const int n = recursion.nv();
+  const auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
+  const auto symbols = symbols_at(recursion.plan, q, qd, tau);
+  const test::Vector qdd = recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau));
+  EXPECT_LT(relative_difference(run(line, symbols), qdd), 1e-10);
+  const test::Vector forces = recursion.tau(vector_of(q), vector_of(qd), qdd);
+  for (int i = 0; i < n; ++i) {
+    if (!recursion.plan.joints[i].prescribed) continue;
+    EXPECT_EQ(run(line, symbols)[i], tau[i]);
+    EXPECT_NEAR(drive_force(line, symbols, recursion.plan, i, q[i], qd[i]), forces[i],
+                1e-10 * (1 + forces.norm()));
+  }
+}
+
+// In any chart, whose joint does not move.
+TEST_P(StraightLines, include_spherical_joints) {
+  Model model = tree();
+  const int chart = static_cast<int>(model.links.size());
+  for (int k = 0; k < 4; ++k) {
+    Link link;
+    link.name = link.joint.name = "ball" + std::to_string(k);
+    link.parent = k > 0 ? chart + k - 1 : random.index(chart + 1) - 1;
+    link.joint.dh.alpha = k == 1 ? 0.7 : 1.5707963267948966;
+    if (k == 0) link.joint.drive = Drive::locked;
+    if (k == 3) test::give_inertia(random, link);
+    model.links.push_back(link);
+  }
+  model.balls.emplace_back().chart_link = chart;
+  Evaluate<double> recursion(model);
+  const StraightLine line = straight_line(model);
+  const int n = recursion.nv();
+  auto q = random.numbers(n, 3), qd = random.numbers(n, 2), tau = random.numbers(n, 5);
+  for (const double angle : {0.0, 1.5707963267948966}) {
+    q[n - 4] = angle;
+    qd[n - 4] = tau[n - 4] = 0;
+    EXPECT_LT(relative_difference(run(line, symbols_at(recursion.plan, q, qd, tau)),
+                                  recursion.qdd(vector_of(q), vector_of(qd), vector_of(tau))),
+              1e-10);
+  }
 }
 
 TEST_P(StraightLines, leave_open_what_is_tunable) {
@@ -230,6 +285,50 @@ TEST(StraightLine, closes_loops) {
         1e-14);
     EXPECT_LT(relative_difference(vector_of(line.tape.values(line.rate, elsewhere)), recursion.rate(q, qd)),
               1e-13);
+  }
+  EXPECT_GT(compared, 20);
+}
+
+// A joint that is given the acceleration which its force produces: the others move as before, and it needs
+// this force. Corrections do not move it.
+TEST(StraightLine, closes_loops_around_a_prescribed_joint) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE(seed);
+    test::Random random(seed);
+    const std::vector<LoopType> types(std::begin(test::all_loop_types), std::end(test::all_loop_types));
+    test::ClosedCase c = test::random_case(random, 9, 1 + static_cast<int>(seed % 2), types);
+    const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
+    const Plan<double> free(c.model);
+    for (int i = 0; i < free.nv; ++i) c.model.links[free.joints[i].link].joint.q0 = c.q[i];
+    const int held = random.index(free.nv);
+    c.model.links[free.joints[held].link].joint.drive = Drive::motion;
+    const double force = c.tau[held];
+    c.tau[held] = dense.qdd[held];
+    StraightLine line;
+    try {
+      line = straight_line(c.model);
+    } catch (const std::domain_error&) {
+      continue;  // dependent rows
+    }
+    test::Matrix J = dense.J;
+    J.col(held).setZero();
+    // otherwise the loops hold the joint, and its force may be any
+    const test::Matrix S = J * dense.M.llt().solve(J.transpose());
+    const Eigen::SelfAdjointEigenSolver<test::Matrix> values_of_S(S, Eigen::EigenvaluesOnly);
+    if ((values_of_S.eigenvalues().array() > 1e-10 * dense.S.norm()).count() < dense.rank) continue;
+    ++compared;
+    const auto numbers = [](const test::Vector& v) { return std::vector<double>(v.begin(), v.end()); };
+    const Plan<double> plan(c.model);
+    const auto symbols = symbols_at(plan, numbers(c.q), numbers(c.qd), numbers(c.tau));
+    EXPECT_LT(relative_difference(run(line, symbols), dense.qdd), 1e-8);
+    EXPECT_NEAR(drive_force(line, symbols, plan, held, c.q[held], c.qd[held]), force,
+                1e-8 * (1 + std::abs(force) + dense.bias.norm() + dense.lambda.norm()));
+
+    const test::Vector values = vector_of(line.tape.values(line.corrections, symbols));
+    const test::Matrix C = values.reshaped(dense.J.rows(), free.nv).transpose();
+    EXPECT_EQ(C.row(held).norm(), 0);
+    EXPECT_LT((J * C * J - J).norm(), 1e-8 * J.norm());
   }
   EXPECT_GT(compared, 20);
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dynamics/crba.hpp"
+#include "dynamics/input_layout.hpp"
 #include "dynamics/rnea.hpp"
 
 namespace redysim {
@@ -69,7 +70,7 @@ Force<Recorded> wrench(const RigidInertia<Recorded>& body, const Vec3<Recorded>&
 }
 
 BodyAcceleration moved_at_rest(const JointPlan<Recorded>& joint, const JointState<Recorded>& s,
-                               const BodyAcceleration& parent, const Recorded& qd) {
+                               const BodyAcceleration& parent, const Recorded& qd, const Recorded& qdd) {
   Mat3<Recorded> rotation;
   Vec3<Recorded> position;
   joint_pose(joint, s, rotation, position);
@@ -77,15 +78,16 @@ BodyAcceleration moved_at_rest(const JointPlan<Recorded>& joint, const JointStat
   turn_to_body(joint, s, turned);
   const Vec3<Recorded> product_of_rates(qd * s.omega.y(), -qd * s.omega.x(), Recorded(0));
   add_velocity_product(joint, product_of_rates, turned);
+  add_motion(joint, qdd, turned);
   BodyAcceleration a{turned.angular, turned.linear};
   set_spread(s.omega, a);
   return a;
 }
 
-// Accelerations of the bodies at zero joint accelerations. Sets positions, velocities and the wrenches that
-// accelerate the single bodies.
+// TreeEquations::at_rest. Sets positions, velocities and the wrenches that accelerate the single bodies.
 std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, Workspace<Recorded>& ws,
-                                                    const Recorded* q, const Recorded* qd) {
+                                                    const Recorded* q, const Recorded* qd,
+                                                    const Recorded* inputs) {
   set_positions(plan, ws, q);
   set_velocities(plan, ws, qd);
   BodyAcceleration base;
@@ -95,20 +97,22 @@ std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, 
     const JointPlan<Recorded>& joint = plan.joints[i];
     const BodyAcceleration& parent =
         joint.parent == ground ? base : bodies[static_cast<std::size_t>(joint.parent)];
-    bodies.push_back(moved_at_rest(joint, ws.joints[i], parent, qd[i]));
+    const Recorded qdd = joint.prescribed ? inputs[i] : Recorded(0);
+    bodies.push_back(moved_at_rest(joint, ws.joints[i], parent, qd[i], qdd));
     ws.joints[i].p = wrench(joint.inertia, ws.joints[i].omega, bodies.back());
   }
   return bodies;
 }
 
-// Joint forces (nv) at zero joint accelerations for the wrenches in the workspace and the force elements.
+// Joint forces (nv) for the wrenches in the workspace and the force elements.
 std::vector<Recorded> bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                                  const Recorded* qd, const Recorded* port_wrenches) {
-  const std::vector<Recorded> zero(plan.joints.size());
-  std::vector<Recorded> tau(zero);
+                                  const Recorded* qd, const Recorded* inputs) {
+  std::vector<Recorded> qdd(plan.joints.size()), tau(qdd);
+  for (std::size_t i = 0; i < qdd.size(); ++i)
+    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
   add_forces_between_bodies(plan, ws, q, qd);
-  add_port_wrenches(plan, ws, port_wrenches);
-  collect_joint_forces(plan, ws, q, qd, zero.data(), tau.data());
+  add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
+  collect_joint_forces(plan, ws, q, qd, qdd.data(), tau.data());
   return tau;
 }
 
@@ -135,6 +139,10 @@ Plan<Recorded> with_base_parameters(Plan<Recorded> plan, Workspace<Recorded>& ws
 
 TreeFactor::TreeFactor(const Plan<Recorded>& plan, RecordedMatrix M) : plan_(plan), L_(std::move(M)) {
   for (int k = plan.nv - 1; k >= 0; --k) {
+    if (plan.joints[k].prescribed) {
+      L_.row(k).setZero();
+      continue;
+    }
     L_(k, k) = Recorded(1) / L_(k, k);
     for (int i = parent(k); i != ground; i = parent(i)) {
       const Recorded entry = L_(k, i) * L_(k, k);
@@ -144,9 +152,17 @@ TreeFactor::TreeFactor(const Plan<Recorded>& plan, RecordedMatrix M) : plan_(pla
   }
 }
 
+int TreeFactor::parent(int i) const {
+  do i = plan_.joints[i].parent;
+  while (i != ground && plan_.joints[i].prescribed);
+  return i;
+}
+
 void TreeFactor::eliminate(Recorded* forces) const {
-  for (int k = plan_.nv - 1; k >= 0; --k)
+  for (int k = plan_.nv - 1; k >= 0; --k) {
+    if (plan_.joints[k].prescribed) forces[k] = 0;
     for (int i = parent(k); i != ground; i = parent(i)) forces[i] -= L_(k, i) * forces[k];
+  }
 }
 
 void TreeFactor::substitute(Recorded* forces) const {
@@ -157,9 +173,10 @@ void TreeFactor::substitute(Recorded* forces) const {
 }
 
 TreeEquations::TreeEquations(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
-                             const Recorded* qd, const Recorded* port_wrenches)
-    : at_rest(accelerations_at_rest(plan, ws, q, qd)),
-      bias(bias_forces(plan, ws, q, qd, port_wrenches)),
-      factor(plan, inertia(plan, ws, q)) {}
+                             const Recorded* qd, const Recorded* inputs)
+    : at_rest(accelerations_at_rest(plan, ws, q, qd, inputs)),
+      bias(bias_forces(plan, ws, q, qd, inputs)),
+      M(inertia(plan, ws, q)),
+      factor(plan, M) {}
 
 }  // namespace redysim

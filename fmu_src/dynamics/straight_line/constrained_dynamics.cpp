@@ -44,16 +44,10 @@ Recorded effect(const Force<Recorded>& wrench, const TreeEquations& tree, int bo
   return wrench.moment.dot(a.angular) + wrench.force.dot(a.linear);
 }
 
-bool has_effect(const JointRows& rows, int row) {
-  for (int joint = 0; joint < rows.J.cols(); ++joint)
-    if (!rows.J(row, joint).is_zero()) return true;
-  return false;
-}
-
 }  // namespace
 
 JointRows::JointRows(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const TreeEquations& tree,
-                     const Recorded* q, const Recorded* qd)
+                     const Recorded* q, const Recorded* qd, const Recorded* inputs)
     : J(RecordedMatrix::Zero(static_cast<int>(ws.loop.b.size()), plan.nv)),
       squared_bound(J),
       at_rest(ws.loop.b.size()),
@@ -63,7 +57,7 @@ JointRows::JointRows(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const 
       rate_size(at_rest) {
   set_ground_motion(plan, ws, qd);
   for (const auto& loop : plan.loops) set_loop(plan, ws, tree, loop);
-  for (const auto& coupling : plan.couplings) set_coupling(plan, coupling, q, qd);
+  for (const auto& coupling : plan.couplings) set_coupling(plan, coupling, q, qd, inputs);
 }
 
 void JointRows::set_loop(const Plan<Recorded>& plan, const Workspace<Recorded>& ws, const TreeEquations& tree,
@@ -105,7 +99,7 @@ void JointRows::add_levers(const Plan<Recorded>& plan, const Workspace<Recorded>
 }
 
 void JointRows::set_coupling(const Plan<Recorded>& plan, const CouplingPlan& coupling, const Recorded* q,
-                             const Recorded* qd) {
+                             const Recorded* qd, const Recorded* inputs) {
   const std::size_t row = static_cast<std::size_t>(coupling.row);
   residual[row] = coupling_sum(coupling, q, coupling.offset);
   rate[row] = coupling_sum(coupling, qd, 0.0);
@@ -115,6 +109,7 @@ void JointRows::set_coupling(const Plan<Recorded>& plan, const CouplingPlan& cou
     const double ratio = coupling.ratios[k], unit = ratio * plan.joint_units[joint];
     J(coupling.row, joint) = ratio;
     squared_bound(coupling.row, joint) = ratio * ratio;
+    if (plan.joints[joint].prescribed) at_rest[row] += ratio * inputs[joint];
     distance += ratio * ratio * q[joint] * q[joint] + unit * unit;
     speed += ratio * ratio * qd[joint] * qd[joint];
   }
@@ -124,12 +119,18 @@ void JointRows::set_coupling(const Plan<Recorded>& plan, const CouplingPlan& cou
 
 JointRowFactor::JointRowFactor(const TreeEquations& tree, const JointRows& rows) : tree_(tree), rows_(rows) {
   for (int row = 0; row < rows.J.rows(); ++row) {
-    if (!has_effect(rows, row)) continue;
+    if (!has_effect(row)) continue;
     effective_.push_back(row);
     lever_.emplace_back(rows.J.row(row).begin(), rows.J.row(row).end());
     tree.factor.eliminate(lever_.back().data());
   }
   factorize();
+}
+
+bool JointRowFactor::has_effect(int row) const {
+  for (int joint = 0; joint < rows_.J.cols(); ++joint)
+    if (!rows_.J(row, joint).is_zero() && !tree_.factor.inverse_pivot(joint).is_zero()) return true;
+  return false;
 }
 
 void JointRowFactor::factorize() {
@@ -165,15 +166,23 @@ std::vector<Recorded> JointRowFactor::solved(std::vector<Recorded> b) const {
   return b;
 }
 
-std::vector<Recorded> JointRowFactor::response(std::vector<Recorded> forces, std::vector<Recorded> b) const {
+JointRowFactor::Motion JointRowFactor::response(std::vector<Recorded> forces, std::vector<Recorded> b) const {
   b = solved(std::move(b));
   for (std::size_t i = 0; i < lever_.size(); ++i)
     for (std::size_t k = 0; k < forces.size(); ++k) forces[k] += lever_[i][k] * b[i];
   tree_.factor.substitute(forces.data());
-  return forces;
+  return {std::move(forces), std::move(b)};
 }
 
-std::vector<Recorded> JointRowFactor::accelerations(const Recorded* tau) const {
+Recorded JointRowFactor::prescribed_force(const Motion& motion, int i) const {
+  Recorded force = tree_.bias[static_cast<std::size_t>(i)];
+  for (std::size_t k = 0; k < motion.qdd.size(); ++k)
+    force += tree_.M(i, static_cast<int>(k)) * motion.qdd[k];
+  for (std::size_t k = 0; k < effective_.size(); ++k) force -= rows_.J(effective_[k], i) * motion.lambda[k];
+  return force;
+}
+
+JointRowFactor::Motion JointRowFactor::motion(const Recorded* tau) const {
   std::vector<Recorded> forces(tree_.bias), b(lever_.size());
   for (std::size_t k = 0; k < forces.size(); ++k) forces[k] = tau[k] - forces[k];
   tree_.factor.eliminate(forces.data());
@@ -190,7 +199,7 @@ RecordedMatrix JointRowFactor::corrections() const {
   for (std::size_t column = 0; column < lever_.size(); ++column) {
     std::vector<Recorded> b(lever_.size()), forces(static_cast<std::size_t>(C.rows()));
     b[column] = 1;
-    forces = response(std::move(forces), std::move(b));
+    forces = response(std::move(forces), std::move(b)).qdd;
     for (std::size_t k = 0; k < forces.size(); ++k) C(static_cast<int>(k), effective_[column]) = forces[k];
   }
   return C;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dynamics/aba.hpp"
+#include "dynamics/ball.hpp"
 #include "dynamics/energy.hpp"
 #include "dynamics/straight_line/composite_dynamics.hpp"
 #include "dynamics/straight_line/constrained_dynamics.hpp"
@@ -124,13 +125,23 @@ std::vector<Recorded> symbols(Tape& tape, const char* name, int count) {
   return list;
 }
 
-// Records composite bodies, with the rows of loops and couplings. Returns the accelerations.
-std::vector<Recorded> record_composites(StraightLine& line, const Plan<Recorded>& given,
-                                        Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
-                                        const Recorded* inputs) {
+// Whether an output contains the work of prescribed joint i.
+bool works(const Plan<Recorded>& plan, const Model& model, int i) {
+  return plan.joints[i].prescribed && !plan.joints[i].of_ball && model.fmu.shows(OutputGroup::energy);
+}
+
+// Accelerations of all joints, and the drive forces of prescribed joints that work.
+struct RecordedMotion {
+  std::vector<Recorded> qdd, drive;
+};
+
+// Records composite bodies, with the rows of loops and couplings.
+RecordedMotion record_composites(StraightLine& line, const Model& model, const Plan<Recorded>& given,
+                                 Workspace<Recorded>& ws, const Recorded* q, const Recorded* qd,
+                                 const Recorded* inputs) {
   const Plan<Recorded> plan = with_base_parameters(given, ws, q);
-  const TreeEquations tree(plan, ws, q, qd, InputLayout(plan).port_wrench.of(inputs));
-  const JointRows rows(plan, ws, tree, q, qd);
+  const TreeEquations tree(plan, ws, q, qd, inputs);
+  const JointRows rows(plan, ws, tree, q, qd, inputs);
   const JointRowFactor factor(tree, rows);
   const auto place = [&line](const auto& values, std::vector<int>& nodes) {
     for (const Recorded& value : values) nodes.push_back(value.node_on(line.tape));
@@ -141,14 +152,36 @@ std::vector<Recorded> record_composites(StraightLine& line, const Plan<Recorded>
   place(rows.rate, line.rate);
   place(rows.residual_size, line.residual_size);
   place(rows.rate_size, line.rate_size);
-  return factor.accelerations(inputs);
+  const JointRowFactor::Motion motion = factor.motion(inputs);
+  RecordedMotion result{motion.qdd, std::vector<Recorded>(motion.qdd.size())};
+  for (int i = 0; i < plan.nv; ++i) {
+    if (plan.joints[i].prescribed) result.qdd[i] = inputs[i];
+    if (works(plan, model, i)) result.drive[i] = factor.prescribed_force(motion, i);
+  }
+  return result;
+}
+
+RecordedMotion record_recursion(const Model& model, const Plan<Recorded>& plan, Workspace<Recorded>& ws,
+                                const Recorded* q, const Recorded* qd, const Recorded* inputs) {
+  RecordedMotion result{std::vector<Recorded>(plan.joints.size()), std::vector<Recorded>(plan.joints.size())};
+  forward_dynamics(plan, ws, q, qd, inputs, result.qdd.data());
+  for (int i = 0; i < plan.nv; ++i)
+    if (works(plan, model, i)) result.drive[i] = prescribed_force(plan, ws, i, q, qd, result.qdd.data());
+  return result;
 }
 
 // Throws if a row may depend on others at the start: the line would then rarely be used.
 void require_independent_rows(const StraightLine& line, const Model& model, const Plan<Recorded>& plan,
                               std::map<std::string, double> symbols) {
-  for (std::size_t i = 0; i < plan.joints.size(); ++i)
-    symbols[indexed("q", i)] = model.links[plan.joints[i].link].joint.q0;
+  const auto set = [&symbols](int joint, double q) {
+    symbols[indexed("q", static_cast<std::size_t>(joint))] = q;
+  };
+  for (int i = 0; i < plan.nv; ++i) set(i, model.links[plan.joints[i].link].joint.q0);
+  for (std::size_t ball = 0; ball < plan.balls.size(); ++ball) {
+    const BallAngles start = ball_angles(rotation_of(model.balls[ball].quaternion.data()));
+    const double q[] = {start.turned ? half_pi : 0, start.phi, start.theta, start.psi};
+    for (int k = 0; k < 4; ++k) set(plan.balls[ball] + k, q[k]);
+  }
   for (double margin : line.tape.values(line.margins, symbols))
     if (!(margin > 0))
       throw std::domain_error("the rows of loops and couplings are dependent at the start, or nearly so");
@@ -160,21 +193,21 @@ StraightLine recorded(const Model& model, bool by_composites) {
   line.by_composites = by_composites;
   const TunablePlan tunable(line.tape, model);
   const Plan<Recorded>& plan = tunable.plan();
-  if (plan.prescribed_count > 0)
-    throw std::domain_error("a straight line is for joints that are driven by forces or free");
   line.has_series = uses_series(model);
   if (line.has_series && !plan.is_plain())
     throw std::domain_error("Taylor series are for open trees without forces between bodies or at frames");
   Workspace<Recorded> ws(plan);
-  const std::vector<Recorded> q = symbols(line.tape, "q", plan.nv), qd = symbols(line.tape, "qd", plan.nv),
-                              tau = symbols(line.tape, "tau", InputLayout(plan).recursion_size());
-  std::vector<Recorded> qdd(q.size());
-  if (by_composites)
-    qdd = record_composites(line, plan, ws, q.data(), qd.data(), tau.data());
-  else
-    forward_dynamics(plan, ws, q.data(), qd.data(), tau.data(), qdd.data());
+  const std::vector<Recorded> q = symbols(line.tape, "q", plan.nv);
+  std::vector<Recorded> qd = symbols(line.tape, "qd", plan.nv),
+                        tau = symbols(line.tape, "tau", InputLayout(plan).recursion_size());
+  for (int chart : plan.balls) qd[chart] = tau[chart] = 0;  // does not move
+  const RecordedMotion motion =
+      by_composites ? record_composites(line, model, plan, ws, q.data(), qd.data(), tau.data())
+                    : record_recursion(model, plan, ws, q.data(), qd.data(), tau.data());
   require_independent_rows(line, model, plan, tunable.values());
-  for (const Recorded& one : qdd) line.qdd.push_back(one.node_on(line.tape));
+  for (const Recorded& one : motion.qdd) line.qdd.push_back(one.node_on(line.tape));
+  if (plan.prescribed_count > static_cast<int>(plan.balls.size()))
+    for (const Recorded& one : motion.drive) line.drive.push_back(one.node_on(line.tape));
   if (line.has_series && model.fmu.shows(OutputGroup::energy))
     line.power = {external_power(plan, ws, q.data(), qd.data(), tau.data()).node_on(line.tape)};
   return line;
@@ -221,8 +254,8 @@ std::string constraint_functions(const StraightLine& line) {
 }  // namespace
 
 StraightLine straight_line(const Model& model) {
-  if (!model.bushings.empty() || !model.contacts.empty() || !model.balls.empty())
-    throw std::domain_error("a straight line is for models without bushings, contacts and spherical joints");
+  if (!model.bushings.empty() || !model.contacts.empty())
+    throw std::domain_error("a straight line is for models without bushings and contacts");
   StraightLine composites = recorded(model, true);
   if (model.has_constraints()) return composites;
   StraightLine recursion = recorded(model, false);
@@ -231,17 +264,17 @@ StraightLine straight_line(const Model& model) {
 
 int operations(const StraightLine& line) {
   std::vector<int> results(line.qdd);
-  for (const auto* more :
-       {&line.margins, &line.corrections, &line.residual, &line.rate, &line.residual_size, &line.rate_size})
+  for (const auto* more : {&line.drive, &line.margins, &line.corrections, &line.residual, &line.rate,
+                           &line.residual_size, &line.rate_size})
     results.insert(results.end(), more->begin(), more->end());
   return static_cast<int>(line.tape.operations_for(results).size());
 }
 
 int longest_line(const StraightLine& line) {
-  constexpr std::size_t of_few_joints = 3000, each = 280, row = 3;  // cost of a row in joints
-  const std::size_t most = line.has_series ? 5000 : 20000;
-  return static_cast<int>(
-      std::clamp(each * (line.qdd.size() + row * line.residual.size()), of_few_joints, most));
+  constexpr int of_few_joints = 3000, of_each_joint = 280, of_loops = 25000, of_series = 5000;
+  if (!line.residual.empty()) return of_loops;
+  const int of_joints = std::max(of_few_joints, of_each_joint * static_cast<int>(line.qdd.size()));
+  return std::min(of_joints, line.has_series ? of_series : of_loops);
 }
 
 std::string straight_line_source(const StraightLine& line, const std::string& scene) {
@@ -256,8 +289,9 @@ std::string straight_line_source(const StraightLine& line, const std::string& sc
       scene + "\";\n\n" +
       function(line,
                "bool straight_line_forward_dynamics([[maybe_unused]] const Plan<double>& plan,\n"
-               "    const double* q, const double* qd, const double* tau, double* qdd)",
-               {{"qdd", &line.qdd}}, true);
+               "    const double* q, const double* qd, const double* tau, double* qdd, [[maybe_unused]] "
+               "double* drive)",
+               {{"qdd", &line.qdd}, {"drive", &line.drive}}, true);
   if (!line.residual.empty()) text += constraint_functions(line);
   if (line.has_series) text += series_definitions(line);
   return text + "\n}  // namespace redysim\n";

@@ -13,6 +13,8 @@ namespace redysim {
 struct StraightLine {
   Tape tape;
   std::vector<int> qdd;
+  // With prescribed joints, per joint: their drive forces if an output contains their work, otherwise zero.
+  std::vector<int> drive;
   // With loops or rigid couplings only: JointRowFactor::margins and corrections (row by row of C), and the
   // residuals and rates of all rows with their sizes.
   std::vector<int> margins, corrections, residual, rate, residual_size, rate_size;
@@ -21,9 +23,9 @@ struct StraightLine {
   std::vector<int> power;      // with series and energies: the power of drives and dampers, W
 };
 
-// Records dynamics/aba.hpp or composite_dynamics.hpp, whichever has fewer operations, for force-driven joints
-// in a tree, or constrained_dynamics.hpp with loops or rigid couplings. Throws std::domain_error for other
-// models.
+// Records dynamics/aba.hpp or composite_dynamics.hpp, whichever has fewer operations, for a tree, or
+// constrained_dynamics.hpp with loops or rigid couplings. Throws std::domain_error for models with bushings
+// or contacts.
 StraightLine straight_line(const Model& model);
 
 // Number of operations of forward dynamics, with those of corrections and residuals.
@@ -38,10 +40,10 @@ int longest_line(const StraightLine& line);
 std::string straight_line_source(const StraightLine& line, const std::string& scene);
 
 // Only in a library built with such a file (CMake variable REDYSIM_STRAIGHT_LINE): forward_dynamics of the
-// scene with the fingerprint straight_line_scene; qdd from q, qd (plan.nv) and tau as above. False: a row of
-// a loop may depend on others, qdd is not the result.
+// scene with the fingerprint straight_line_scene; qdd and drive from q, qd (plan.nv) and tau as above. False:
+// a row of a loop may depend on others, these are not the results.
 bool straight_line_forward_dynamics(const Plan<double>& plan, const double* q, const double* qd,
-                                    const double* tau, double* qdd);
+                                    const double* tau, double* qdd, double* drive);
 extern const char straight_line_scene[];
 
 // The same for C of JointRowFactor::corrections (nv x rows, row by row).

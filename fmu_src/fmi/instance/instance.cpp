@@ -28,6 +28,12 @@ fmi2Status Instance::refuse(Function function, const std::string& why) {
   return fmi2Error;
 }
 
+fmi2Status Instance::discard(Function function, const std::string& why, double* values, std::size_t count) {
+  log_.warning(name_of(function) + ": " + why);
+  std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
+  return fmi2Discard;
+}
+
 fmi2Status Instance::set_debug_logging(bool on, std::size_t count, const fmi2String* categories) {
   if (const char* why = objection_to_arrays(count, {categories}))
     return refuse(Function::set_debug_logging, why);
@@ -55,8 +61,9 @@ fmi2Status Instance::enter_initialization_mode() {
 fmi2Status Instance::exit_initialization_mode() {
   constexpr Function function = Function::exit_initialization_mode;
   for (std::size_t k = 0; k < simulation_.model.balls.size(); ++k)
-    if (!(Eigen::Map<const Eigen::Vector4d>(simulation_.parameters.balls[k].quaternion.data()).norm() > 1e-6))
-      return refuse(function, simulation_.model.balls[k].name + ".quaternion0 must not be zero");
+    if (!has_orientation(simulation_.parameters.balls[k].quaternion.data()))
+      return refuse(function, simulation_.model.balls[k].name +
+                                  ".quaternion0 must not be zero, its length at most 1e100");
   // a singular mass matrix is reported here, not in the first step
   std::string why = values_.update(Needs::parameters);
   if (why.empty()) why = parameters_.immovable();

@@ -92,6 +92,9 @@ class Instance {
 
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);
+  // Values that are not finite in continuous-time mode are not an error of the master: a smaller step may avoid
+  // them. Fills `values` with NaN, for masters that ignore the status.
+  fmi2Status discard(Function function, const std::string& why, double* values, std::size_t count);
   std::string name_of(Function function) const { return name(function, log_.version()); }
 
  private:
@@ -120,7 +123,7 @@ class Instance {
   fmi2Status read_derivatives(Function function, const unsigned* references, std::size_t count,
                               double* derivatives);
 
-  static constexpr const char* zero_quaternion = "a quaternion is zero: it has no orientation";
+  static constexpr const char* zero_quaternion = "a quaternion is zero or too long: it has no orientation";
   bool is_given_state(const Variable& variable) const;
   bool set_states(const unsigned* references, std::size_t count, const double* values);
   GivenState& given() const;

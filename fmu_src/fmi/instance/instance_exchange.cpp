@@ -170,7 +170,6 @@ fmi2Status Instance::get_continuous_states(double* states, std::size_t count) {
   return fmi2OK;
 }
 
-// Accelerations that are not finite are not an error of the master: a smaller step may avoid them.
 fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   constexpr Function function = Function::get_derivatives;
   if (const std::string why = objection_to_states(derivatives, count); !why.empty())
@@ -178,12 +177,7 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   std::string why = values_.update(Needs::parameters);
   if (!why.empty()) return refuse(function, why);
   why = values_.update(Needs::slopes);
-  if (!why.empty()) {
-    log_.warning(name_of(function) + ": " + why);
-    // for masters that ignore the status
-    std::fill_n(derivatives, count, std::numeric_limits<double>::quiet_NaN());
-    return fmi2Discard;
-  }
+  if (!why.empty()) return discard(function, why, derivatives, count);
   const IndependentCoordinates& of = state_.independent();
   const double* slopes = values_.slopes().data();
   for (int i : of.kept()) *derivatives++ = slopes[i];

@@ -54,12 +54,16 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
       return refuse(function, variable->name + " has no value before initialization mode");
     if (variable->row != before && !values_.are_current(variable->row->needs)) {
       const std::string why = values_.update(needs_of(references + i, count - i));
-      if (!why.empty()) return refuse(function, why);
+      if (!why.empty())
+        return life_.state == State::continuous ? discard(function, why, values, count)
+                                                     : refuse(function, why);
     }
     before = variable->row;
-    const double value = values_.read(*variable);
-    if (!std::isfinite(value)) return refuse(function, variable->name + " is not finite: " + shown(value));
-    values[i] = value;
+    values[i] = values_.read(*variable);
+    if (std::isfinite(values[i])) continue;
+    const std::string why = variable->name + " is not finite: " + shown(values[i]);
+    return life_.state == State::continuous ? discard(function, why, values, count)
+                                                 : refuse(function, why);
   }
   return fmi2OK;
 }
@@ -151,6 +155,8 @@ void Instance::set_value(const Variable& variable, double value) {
 }
 
 void Instance::set_motion(int joint, int order, double value) {
+  // the energy balance is kept across the change of parameters, not across that of the motion
+  if (simulation_.model_exchange) parameters_.bring_into_force();
   if (!motion_.set(joint, order, value)) return;
   values_.changed();
   state_.motion_changed();

@@ -26,6 +26,7 @@ using namespace sundials;
 constexpr double adams_tightening = 1.0 / 30;
 constexpr double adams_contact_tightening = 1.0 / 300;
 constexpr double bdf_tightening = 1.0 / 100;
+constexpr double rounding_of_energy = 1e-15;  // of a work, relative to System::energy_scale
 constexpr double newton_tolerance =
     0.03;  // relative to the error test; CVODE's 0.1 is less accurate, an iteration is cheap
 
@@ -81,7 +82,7 @@ void Cvode::build() {
   CVodeInit(cvode, &Cvode::right_hand_side, 0.0, ahead_.get());
   CVodeSetUserData(cvode, this);
   CVodeWFtolerances(cvode, &Cvode::weights);
-  if (settings_.max_step > 0) CVodeSetMaxStep(cvode, settings_.max_step);
+  if (settings_.max_step > 0) CVodeSetMaxStep(cvode, step_limit(settings_.max_step));
   CVodeSetMaxErrTestFails(cvode, failures_in_a_step);
   CVodeSetMaxConvFails(cvode, failures_in_a_step);
   if (bdf) {
@@ -238,7 +239,9 @@ void Cvode::count_work(double before) {
   CVodeGetEstLocalErrors(memory_.get(), error_.get());
   const double rtol = std::max(tightening(method_, system_) * settings_.rtol, ErrorWeights::finest);
   each_work(data(ahead_), [&](StepWork& work, double& value, auto& power) {
-    work.step(before, ahead_time_, value, system_.layout().work.of(data(error_))[power.part], rtol);
+    const double error = system_.layout().work.of(data(error_))[power.part];
+    if (work.step(before, ahead_time_, value, error, rtol))
+      work.set_rounding(rounding_of_energy * system_.energy_scale(absolute(ahead_time_), data(ahead_)));
   });
 }
 

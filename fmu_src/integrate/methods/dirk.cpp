@@ -127,7 +127,7 @@ void Dirk::build() {
   ARKStepSetFixedStepBounds(ark, 1.0, 1.0);
   ARKStepSetMinReduction(ark, shortest_to_touch);
   ARKStepSetMaxErrTestFails(ark, 100);  // StepControl stops earlier
-  if (settings_.max_step > 0) ARKStepSetMaxStep(ark, settings_.max_step);
+  if (settings_.max_step > 0) ARKStepSetMaxStep(ark, step_limit(settings_.max_step));
 
   matrix_ = make_matrix(system_.size(), scratch_->context);
   linear_solver_ = make_linear_solver(system_, scratch_->context);

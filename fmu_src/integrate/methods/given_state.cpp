@@ -93,7 +93,7 @@ void GivenState::normalise(const StateLayout& layout, double* y) {
 
 bool GivenState::has_orientations(const StateLayout& layout, const double* y) {
   for (int ball = 0; ball < layout.quaternion.count; ++ball)
-    if (!(Eigen::Map<const Eigen::Vector4d>(layout.quaternion.of(y, ball)).norm() > 1e-6)) return false;
+    if (!has_orientation(layout.quaternion.of(y, ball))) return false;
   return true;
 }
 

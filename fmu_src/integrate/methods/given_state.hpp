@@ -37,7 +37,7 @@ class GivenState final : public Integrator {
   double stretch() const;
   void normalise() { normalise(layout_, y_.data()); }
   static void normalise(const StateLayout& layout, double* y);
-  static bool has_orientations(const StateLayout& layout, const double* y);  // no quaternion is zero
+  static bool has_orientations(const StateLayout& layout, const double* y);  // has_orientation of each
 
  private:
   const StateLayout layout_;

@@ -20,7 +20,10 @@ constexpr double smallest_significant = 1e-4;  // of a shortened step; smaller e
 
 }  // namespace
 
-double step_limit(double max_step) { return max_step > 0 ? max_step : std::numeric_limits<double>::max(); }
+double step_limit(double max_step) {
+  return max_step > 0 ? std::max(max_step, std::numeric_limits<double>::min())
+                      : std::numeric_limits<double>::max();
+}
 
 StepControl::StepControl(int error_order, double max_step) : step_limit_(redysim::step_limit(max_step)) {
   set_error_order(error_order);

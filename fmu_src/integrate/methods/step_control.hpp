@@ -2,7 +2,7 @@
 
 namespace redysim {
 
-// Maximum step size, s, set by SolverSettings::max_step (0: unlimited).
+// Maximum step size, s, set by SolverSettings::max_step (0: unlimited). Its reciprocal is finite.
 double step_limit(double max_step);
 
 // Step-size control of a one-step method: a PI controller (Gustafsson 1991; Hairer, Wanner II, IV.2). Steps

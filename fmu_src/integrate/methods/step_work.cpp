@@ -27,17 +27,19 @@ void StepWork::begin(double work) {
   integrated_ = 0;
 }
 
-void StepWork::step(double from, double to, double work, double error, double rtol) {
+bool StepWork::step(double from, double to, double work, double error, double rtol) {
   begin_ = end_;
   from_ = to_ = from;
+  bisections_ = 0;
   step_end_ = to;
   method_end_ = work;
   rtol_ = rtol;
   const double increment = work + offset_ - begin_;
   integrated_ = !(std::fabs(error) <= rtol * (moved_ + std::fabs(increment)));
-  if (integrated_ != 0) return;
+  if (integrated_ != 0) return true;
   end_ = work + offset_;
   moved_ += std::fabs(increment);
+  return false;
 }
 
 // The coefficients decrease like a power. The square of the last one, relative to the largest, therefore
@@ -56,15 +58,17 @@ bool StepWork::fit(const Power& power) {
   double largest = 0;
   for (double coefficient : coefficients_) largest = std::max(largest, std::fabs(coefficient));
   const double half = 0.5 * (to_ - from_), last = coefficients_[nodes - 1];
-  return half * last * last <= largest * rtol_ * (moved_ + half * std::fabs(integral(1)));
+  return half * last * last <= largest * (rtol_ * (moved_ + half * std::fabs(integral(1))) + rounding_);
 }
 
-// Starts at the end of the present part and bisects until the power is a polynomial within the tolerance.
+// Starts at the end of the present part, with twice its length or at first the whole step, and bisects until
+// the power is a polynomial within the tolerance.
 void StepWork::next_part(const Power& power) {
+  const double length = to_ - from_;
   begin_ = end_;
   from_ = to_;
-  to_ = step_end_;
-  for (int k = 0; k < most_bisections && !fit(power) && from_ + 0.5 * (to_ - from_) > from_; ++k)
+  to_ = length > 0 ? std::min(from_ + 2 * length, step_end_) : step_end_;
+  for (; !fit(power) && bisections_ < most_bisections && from_ + 0.5 * (to_ - from_) > from_; ++bisections_)
     to_ = from_ + 0.5 * (to_ - from_);
   const double increment = 0.5 * (to_ - from_) * integral(1);
   if (std::isfinite(increment)) {
@@ -103,8 +107,9 @@ double StepWork::at(double time, double work, const Power& power) {
 template <class Self, class Visit>
 void StepWork::each_part(Self& self, const Visit& visit) {
   for (auto* value : {&self.from_, &self.to_, &self.step_end_, &self.begin_, &self.end_, &self.method_end_,
-                      &self.offset_, &self.moved_, &self.rtol_})
+                      &self.offset_, &self.moved_, &self.rtol_, &self.rounding_})
     visit(*value);
+  visit(self.bisections_);
   visit(self.integrated_);
   for (auto& coefficient : self.coefficients_) visit(coefficient);
 }
@@ -115,6 +120,7 @@ void StepWork::put(ByteWriter& writer) const {
 
 void StepWork::get(ByteReader& reader) {
   each_part(*this, [&reader](auto& part) { reader.get(part); });
+  bisections_ = std::max(bisections_, 0);
 }
 
 }  // namespace redysim

@@ -22,8 +22,9 @@ class StepWork {
   void begin(double work);  // work at the start of the method
 
   // After a step from `from` to `to`. `work` and `error`: computed by the method. `rtol`: relative tolerance
-  // of the work.
-  void step(double from, double to, double work, double error, double rtol);
+  // of the work. Returns whether quadrature follows; set its `rounding` error then, J.
+  bool step(double from, double to, double work, double error, double rtol);
+  void set_rounding(double rounding) { rounding_ = rounding; }
   // Work at a time within the last step; times must not decrease. `work`: computed by the method.
   double at(double time, double work, const Power& power);
   // Work at the end of the last step. Required before the next step.
@@ -36,7 +37,9 @@ class StepWork {
   template <class Self, class Visit>
   static void each_part(Self& self, const Visit& visit);  // visits each saved member
 
-  static constexpr int most_bisections = 50;
+  // Bisections in a step: a power of rounding errors, for example of a contact between bodies that loops
+  // lock, is not smooth.
+  static constexpr int most_bisections = 200;
   bool fit(const Power& power);  // sets coefficients_ for the part; false: not accurate
   void next_part(const Power& power);
   double integral(double x) const;  // of the power's polynomial from -1 to x, per half part
@@ -48,6 +51,8 @@ class StepWork {
   double offset_ = 0;             // correction of the method's work
   double moved_ = 0;              // sum of |increments|
   double rtol_ = 0;               // of the last step
+  double rounding_ = 0;           // of the last step with quadrature
+  std::int32_t bisections_ = 0;   // in the last step
   unsigned char integrated_ = 0;  // 1: the last step uses quadrature
   double coefficients_[nodes]{};  // Legendre coefficients of the power in the part
 };

@@ -10,8 +10,9 @@ namespace redysim {
 
 TableChoice::TableChoice(double rtol, bool over_third)
     : is_tight_(rtol <= Tuning::corners_rtol),
-      expected_((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
-                std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent)),
+      expected_(std::clamp((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
+                               std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent),
+                           Tuning::smallest_ratio, Tuning::largest_ratio)),
       gain_(expected_) {}
 
 void TableChoice::forget() {

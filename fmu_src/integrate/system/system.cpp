@@ -108,7 +108,8 @@ Status System::accelerations(double time, const double* y, double* qdd) {
   if (plan_.has_motion() || !recursion_inputs_.empty()) at = coordinates_and_inputs(time, y);
   constexpr bool tries_line = features::straight_line && !fill_workspace;
   if constexpr (tries_line)
-    by_line_ = !rank_is_held_ && straight_line_forward_dynamics(plan_, at.q, at.qd, line_inputs(at), qdd);
+    by_line_ = !rank_is_held_ &&
+               straight_line_forward_dynamics(plan_, at.q, at.qd, line_inputs(at), qdd, drive_.data());
   if (!tries_line || !by_line_)
     compiled_forward_dynamics(plan_, workspace_, at.q, at.qd, recursion_inputs(), qdd);
   // one sum finds any non-finite entry: inf - inf and nan are nan
@@ -125,7 +126,8 @@ const double* System::line_inputs(const Coordinates& at) {
   if (line_inputs_.empty()) return recursion_inputs();
   std::copy_n(recursion_inputs(), line_inputs_.size(), line_inputs_.begin());
   for (int i = 0; i < plan_.nv; ++i)
-    if (plan_.joints[i].has_resistance) line_inputs_[i] += resistance_force(plan_, i, at.q[i], at.qd[i]);
+    if (plan_.joints[i].has_resistance && !plan_.joints[i].prescribed)
+      line_inputs_[i] += resistance_force(plan_, i, at.q[i], at.qd[i]);
   return line_inputs_.data();
 }
 
@@ -178,7 +180,10 @@ void System::slope_of_integrated(const double* y, const double* qdd, double* ydo
 double System::power(const Coordinates& at, const double* qdd) {
   const double* drive = input_layout_.tau.of(recursion_inputs());
   if (plan_.has_motion()) {
-    drive_forces(at, qdd, drive_.data());
+    if (features::straight_line && by_line_)
+      complete_drive_forces(at);
+    else
+      drive_forces(at, qdd, drive_.data());
     drive = drive_.data();
   }
   if (features::straight_line && by_line_ && (plan_.has_springs() || plan_.has_ports()))
@@ -197,6 +202,15 @@ void System::drive_forces(const Coordinates& at, const double* qdd, double* driv
   for (int i = 0; i < plan_.nv; ++i)
     drive[i] = plan_.joints[i].prescribed ? compiled_prescribed_force(plan_, workspace_, i, at.q, at.qd, qdd)
                                           : recursion_inputs()[input_layout_.tau[i]];
+}
+
+// Adds to drive_, prescribed forces by straight-line code, what that does not contain.
+void System::complete_drive_forces(const Coordinates& at) {
+  for (int i = 0; i < plan_.nv; ++i)
+    if (!plan_.joints[i].prescribed)
+      drive_[i] = recursion_inputs()[input_layout_.tau[i]];
+    else if (!line_inputs_.empty() && plan_.joints[i].has_resistance)
+      drive_[i] -= resistance_force(plan_, i, at.q[i], at.qd[i]);
 }
 
 bool System::enter_samples(double time, const double* y) {

@@ -271,6 +271,7 @@ class System {
   ResidualProgress progress_;
   // Straight-line code (dynamics/straight_line/straight_line.hpp):
   std::vector<double> line_inputs_;  // with friction and stops; empty: none
+  void complete_drive_forces(const Coordinates& at);
   bool by_line_ = false;             // it computed the last right_hand_side
   bool rank_is_held_ = false;        // it must not be used
   bool corrects_by_line_ = false;    // during a projection by it
