@@ -92,8 +92,8 @@ class Instance {
 
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);
-  // Values that are not finite in continuous-time mode are not an error of the master: a smaller step may avoid
-  // them. Fills `values` with NaN, for masters that ignore the status.
+  // Values that are not finite in continuous-time mode are not an error of the master: a smaller step may
+  // avoid them. Fills `values` with NaN, for masters that ignore the status.
   fmi2Status discard(Function function, const std::string& why, double* values, std::size_t count);
   std::string name_of(Function function) const { return name(function, log_.version()); }
 

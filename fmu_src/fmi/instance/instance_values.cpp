@@ -56,14 +56,13 @@ fmi2Status Instance::get_real(const unsigned* references, std::size_t count, dou
       const std::string why = values_.update(needs_of(references + i, count - i));
       if (!why.empty())
         return life_.state == State::continuous ? discard(function, why, values, count)
-                                                     : refuse(function, why);
+                                                : refuse(function, why);
     }
     before = variable->row;
     values[i] = values_.read(*variable);
     if (std::isfinite(values[i])) continue;
     const std::string why = variable->name + " is not finite: " + shown(values[i]);
-    return life_.state == State::continuous ? discard(function, why, values, count)
-                                                 : refuse(function, why);
+    return life_.state == State::continuous ? discard(function, why, values, count) : refuse(function, why);
   }
   return fmi2OK;
 }
