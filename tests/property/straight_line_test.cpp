@@ -4,6 +4,7 @@
 
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -250,24 +251,38 @@ TEST(StraightLine, refuses_what_it_cannot_write_down) {
   EXPECT_THROW(straight_line(model), std::domain_error);
 }
 
+std::vector<double> numbers(const test::Vector& v) { return {v.begin(), v.end()}; }
+
+// A random tree of 9 links with loops of all types, which starts where they are closed.
+test::ClosedCase closed_case(test::Random& random, unsigned seed) {
+  const std::vector<LoopType> types(std::begin(test::all_loop_types), std::end(test::all_loop_types));
+  test::ClosedCase c = test::random_case(random, 9, 1 + static_cast<int>(seed % 2), types);
+  const Plan<double> plan(c.model);
+  for (int i = 0; i < plan.nv; ++i) c.model.links[plan.joints[i].link].joint.q0 = c.q[i];
+  return c;
+}
+
+// Without value: rows of the loops are dependent.
+std::optional<StraightLine> line_if_independent(const Model& model) {
+  try {
+    return straight_line(model);
+  } catch (const std::domain_error&) {
+    return std::nullopt;
+  }
+}
+
 // Loops whose rows are independent: accelerations, corrections and residuals against a dense solve.
 TEST(StraightLine, closes_loops) {
   int compared = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const std::vector<LoopType> types(std::begin(test::all_loop_types), std::end(test::all_loop_types));
-    test::ClosedCase c = test::random_case(random, 9, 1 + static_cast<int>(seed % 2), types);
-    Evaluate<double> recursion(c.model);
-    for (int i = 0; i < recursion.nv(); ++i) c.model.links[recursion.plan.joints[i].link].joint.q0 = c.q[i];
-    StraightLine line;
-    try {
-      line = straight_line(c.model);
-    } catch (const std::domain_error&) {
-      continue;  // dependent rows
-    }
+    const test::ClosedCase c = closed_case(random, seed);
+    const std::optional<StraightLine> found = line_if_independent(c.model);
+    if (!found) continue;
     ++compared;
-    const auto numbers = [](const test::Vector& v) { return std::vector<double>(v.begin(), v.end()); };
+    const StraightLine& line = *found;
+    Evaluate<double> recursion(c.model);
     const auto symbols = symbols_at(recursion.plan, numbers(c.q), numbers(c.qd), numbers(c.tau));
     const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
     EXPECT_LT(relative_difference(run(line, symbols), dense.qdd), 1e-9);
@@ -296,21 +311,16 @@ TEST(StraightLine, closes_loops_around_a_prescribed_joint) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const std::vector<LoopType> types(std::begin(test::all_loop_types), std::end(test::all_loop_types));
-    test::ClosedCase c = test::random_case(random, 9, 1 + static_cast<int>(seed % 2), types);
+    test::ClosedCase c = closed_case(random, seed);
     const test::DenseSolution dense = test::dense_solution(c.model, c.q, c.qd, c.tau);
     const Plan<double> free(c.model);
-    for (int i = 0; i < free.nv; ++i) c.model.links[free.joints[i].link].joint.q0 = c.q[i];
     const int held = random.index(free.nv);
     c.model.links[free.joints[held].link].joint.drive = Drive::motion;
     const double force = c.tau[held];
     c.tau[held] = dense.qdd[held];
-    StraightLine line;
-    try {
-      line = straight_line(c.model);
-    } catch (const std::domain_error&) {
-      continue;  // dependent rows
-    }
+    const std::optional<StraightLine> found = line_if_independent(c.model);
+    if (!found) continue;
+    const StraightLine& line = *found;
     test::Matrix J = dense.J;
     J.col(held).setZero();
     // otherwise the loops hold the joint, and its force may be any
@@ -318,7 +328,6 @@ TEST(StraightLine, closes_loops_around_a_prescribed_joint) {
     const Eigen::SelfAdjointEigenSolver<test::Matrix> values_of_S(S, Eigen::EigenvaluesOnly);
     if ((values_of_S.eigenvalues().array() > 1e-10 * dense.S.norm()).count() < dense.rank) continue;
     ++compared;
-    const auto numbers = [](const test::Vector& v) { return std::vector<double>(v.begin(), v.end()); };
     const Plan<double> plan(c.model);
     const auto symbols = symbols_at(plan, numbers(c.q), numbers(c.qd), numbers(c.tau));
     EXPECT_LT(relative_difference(run(line, symbols), dense.qdd), 1e-8);

@@ -84,6 +84,14 @@ BodyAcceleration moved_at_rest(const JointPlan<Recorded>& joint, const JointStat
   return a;
 }
 
+// Accelerations (nv) of the prescribed joints, otherwise 0.
+std::vector<Recorded> prescribed_accelerations(const Plan<Recorded>& plan, const Recorded* inputs) {
+  std::vector<Recorded> qdd(plan.joints.size());
+  for (std::size_t i = 0; i < qdd.size(); ++i)
+    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
+  return qdd;
+}
+
 // TreeEquations::at_rest. Sets positions, velocities and the wrenches that accelerate the single bodies.
 std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, Workspace<Recorded>& ws,
                                                     const Recorded* q, const Recorded* qd,
@@ -92,13 +100,13 @@ std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, 
   set_velocities(plan, ws, qd);
   BodyAcceleration base;
   base.linear = -plan.gravity;
+  const std::vector<Recorded> qdd = prescribed_accelerations(plan, inputs);
   std::vector<BodyAcceleration> bodies;
   for (std::size_t i = 0; i < plan.joints.size(); ++i) {
     const JointPlan<Recorded>& joint = plan.joints[i];
     const BodyAcceleration& parent =
         joint.parent == ground ? base : bodies[static_cast<std::size_t>(joint.parent)];
-    const Recorded qdd = joint.prescribed ? inputs[i] : Recorded(0);
-    bodies.push_back(moved_at_rest(joint, ws.joints[i], parent, qd[i], qdd));
+    bodies.push_back(moved_at_rest(joint, ws.joints[i], parent, qd[i], qdd[i]));
     ws.joints[i].p = wrench(joint.inertia, ws.joints[i].omega, bodies.back());
   }
   return bodies;
@@ -107,12 +115,10 @@ std::vector<BodyAcceleration> accelerations_at_rest(const Plan<Recorded>& plan, 
 // Joint forces (nv) for the wrenches in the workspace and the force elements.
 std::vector<Recorded> bias_forces(const Plan<Recorded>& plan, Workspace<Recorded>& ws, const Recorded* q,
                                   const Recorded* qd, const Recorded* inputs) {
-  std::vector<Recorded> qdd(plan.joints.size()), tau(qdd);
-  for (std::size_t i = 0; i < qdd.size(); ++i)
-    if (plan.joints[i].prescribed) qdd[i] = inputs[i];
+  std::vector<Recorded> tau(plan.joints.size());
   add_forces_between_bodies(plan, ws, q, qd);
   add_port_wrenches(plan, ws, InputLayout(plan).port_wrench.of(inputs));
-  collect_joint_forces(plan, ws, q, qd, qdd.data(), tau.data());
+  collect_joint_forces(plan, ws, q, qd, prescribed_accelerations(plan, inputs).data(), tau.data());
   return tau;
 }
 

@@ -7,12 +7,18 @@
 #include "integrate/methods/tuning.hpp"
 
 namespace redysim {
+namespace {
+
+double possible_ratio(double ratio) {
+  return std::clamp(ratio, Tuning::smallest_ratio, Tuning::largest_ratio);
+}
+
+}  // namespace
 
 TableChoice::TableChoice(double rtol, bool over_third)
     : is_tight_(rtol <= Tuning::corners_rtol),
-      expected_(std::clamp((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
-                               std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent),
-                           Tuning::smallest_ratio, Tuning::largest_ratio)),
+      expected_(possible_ratio((over_third ? Tuning::step_ratio_third : Tuning::step_ratio) *
+                               std::pow(Tuning::step_ratio_tolerances * rtol, Tuning::step_ratio_exponent))),
       gain_(expected_) {}
 
 void TableChoice::forget() {
@@ -28,7 +34,7 @@ long TableChoice::steps_until_decision() const {
 void TableChoice::learn(const Situation& now) {
   if (learning_ != 0 && now.steps >= steps_before_ + Tuning::settling_steps) {
     const double measured = eighth_ != 0 ? now.wanted / step_before_ : step_before_ / now.wanted;
-    gain_ = std::clamp(std::cbrt(gain_ * measured * measured), Tuning::smallest_ratio, Tuning::largest_ratio);
+    gain_ = possible_ratio(std::cbrt(gain_ * measured * measured));
     learning_ = 0;
   }
   gain_ += Tuning::forgotten * (expected_ - gain_);
@@ -82,8 +88,8 @@ void TableChoice::put(ByteWriter& writer) const {
 bool TableChoice::get(ByteReader& reader) {
   TableChoice read = *this;
   each_part(read, [&reader](auto& part) { reader.get(part); });
-  const bool possible = read.gain_ >= Tuning::smallest_ratio && read.gain_ <= Tuning::largest_ratio &&
-                        read.eighth_ <= 1 && read.learning_ <= 1 && read.wanted_before_ >= 0 &&
+  const bool possible = read.gain_ == possible_ratio(read.gain_) && read.eighth_ <= 1 &&
+                        read.learning_ <= 1 && read.wanted_before_ >= 0 &&
                         (read.learning_ == 0 || read.step_before_ > 0);
   if (!reader.finished() || !possible) return false;
   *this = read;

@@ -180,13 +180,13 @@ void System::slope_of_integrated(const double* y, const double* qdd, double* ydo
 double System::power(const Coordinates& at, const double* qdd) {
   const double* drive = input_layout_.tau.of(recursion_inputs());
   if (plan_.has_motion()) {
-    if (features::straight_line && by_line_)
+    if (evaluated_by_line())
       complete_drive_forces(at);
     else
       drive_forces(at, qdd, drive_.data());
     drive = drive_.data();
   }
-  if (features::straight_line && by_line_ && (plan_.has_springs() || plan_.has_ports()))
+  if (evaluated_by_line() && (plan_.has_springs() || plan_.has_ports()))
     compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   double power = external_power(plan_, workspace_, at.q, at.qd, drive);
   for (int k = 0; k < input_layout_.port_wrench.count; ++k) power += port_power(at, k);
@@ -243,7 +243,7 @@ bool System::loops_are_violated() const {
 }
 
 int System::independent_rows() const {
-  if (features::straight_line && by_line_) return rows();
+  if (evaluated_by_line()) return rows();
   int rank = 0;
   for (std::size_t c = 0; c < plan_.clusters.size(); ++c)
     rank +=

@@ -225,7 +225,9 @@ class System {
   void set_residuals(double time, const double* y);
   bool has_clear_rank() const;
   void allocate_for_line();
+  bool evaluated_by_line() const { return features::straight_line && by_line_; }
   const double* line_inputs(const Coordinates& at);
+  void complete_drive_forces(const Coordinates& at);
   bool close_by_line(double time, double* y);
   Status project_within_rank(double time, double* y, double* error, bool eliminated);
   double reduce_residual(double time, double* y, bool velocity);
@@ -271,7 +273,6 @@ class System {
   ResidualProgress progress_;
   // Straight-line code (dynamics/straight_line/straight_line.hpp):
   std::vector<double> line_inputs_;  // with friction and stops; empty: none
-  void complete_drive_forces(const Coordinates& at);
   bool by_line_ = false;             // it computed the last right_hand_side
   bool rank_is_held_ = false;        // it must not be used
   bool corrects_by_line_ = false;    // during a projection by it
