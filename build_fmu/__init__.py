@@ -1,4 +1,4 @@
-"""Builds co-simulation FMUs (FMI 2.0 or 3.0) from DH model files, simulates FMUs and plots the results.
+"""Builds FMUs (FMI 2.0 or 3.0, co-simulation and model exchange) from DH model files, simulates FMUs and plots the results.
 
 From Python: `load` gives a `Model` with its equations (docs/python.md). `describe` reads a model file, `build` writes its FMU, `Session`
 opens an FMU, `simulate` runs it with `Settings`.

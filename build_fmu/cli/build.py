@@ -60,7 +60,7 @@ def _pack(model: Description, source: Path, options: argparse.Namespace) -> int:
     warn(model.warnings)
     _check(options)
     if options.specialise:
-        print("compiling a library for this model (one to three minutes the first time)", file=sys.stderr)
+        print("compiling a library for this model (one to seven minutes the first time)", file=sys.stderr)
     built = build(
         model,
         source,

@@ -68,7 +68,8 @@ def run(options: argparse.Namespace) -> int:
     counts = {kind: sum(v.kind == kind for v in verdicts) for kind in KINDS}
     rows = [{"model": v.model, "group": v.case.group, "case": v.case.label, "verdict": v.kind, "message": v.message} for v in verdicts]
     emit(options, {"cases": rows, "counts": counts, "files": files})
-    print(f"{len(verdicts)} cases: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
+    total = "1 case" if len(verdicts) == 1 else f"{len(verdicts)} cases"
+    print(f"{total}: " + ", ".join(f"{count} {kind}" for kind, count in counts.items() if count))
     if counts["failed"]:
         print("\n".join(line for line in not_finished(verdicts) if line.startswith("| failed")))
     print(*files, sep="\n")

@@ -195,7 +195,9 @@ StraightLine recorded(const Model& model, bool by_composites) {
   const Plan<Recorded>& plan = tunable.plan();
   line.has_series = uses_series(model);
   if (line.has_series && !plan.is_plain())
-    throw std::domain_error("Taylor series are for open trees without forces between bodies or at frames");
+    throw std::domain_error(
+        "Taylor series are for open trees of revolute, prismatic and screw joints without prescribed motion, "
+        "forces between bodies or at frames");
   Workspace<Recorded> ws(plan);
   const std::vector<Recorded> q = symbols(line.tape, "q", plan.nv);
   std::vector<Recorded> qd = symbols(line.tape, "qd", plan.nv),
