@@ -7,8 +7,9 @@ import re
 
 import numpy as np
 
-from build_fmu.cli.states import add_state_options, given_parameters, model_at_state, print_matrix, with_units
+from build_fmu.cli.states import add_state_options, model_at_state, print_matrix, with_units
 from build_fmu.cli.streams import emit
+from build_fmu.run.signals import parse_start
 
 POSITION = re.compile(r"(.*\.(?:q|quaternion))0(\[\d\])?")
 
@@ -29,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     with model_at_state(options) as (model, x, _, facts):
         at_rest = _positions(model.start_values(x))
         emit(options, {**facts, "positions": at_rest})
-        model.parameters = given_parameters(options)
+        model.parameters = parse_start(options.start)
         start = _positions(model.start_values())
         values = np.column_stack([list(start.values()), list(at_rest.values())])
         print_matrix(f"{model.description.model_name}: rest pose", with_units(model, at_rest), ["start", "at rest"], values)

@@ -185,7 +185,7 @@ def _check_live(record: Path | None, options: argparse.Namespace) -> None:
     if record:
         raise UserError(f"--live requires a model file or an FMU; '{record}' contains results")
     if options.input:
-        raise UserError("--input applies to a recorded run; in a live page sliders set the inputs")
+        raise InvalidArgument("--input applies to a recorded run: remove --live, where sliders set the inputs")
     for word, value in (("--still", options.still), ("--gif", options.gif), ("--mp4", options.mp4)):
         if value:
             raise InvalidArgument(f"{word} applies to a recorded run: remove --live")

@@ -25,7 +25,7 @@ def add_state_options(command: argparse.ArgumentParser, places: Sequence[str] = 
     """Adds the model file and the options of its state."""
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
-    command.add_argument("--input", **SEVERAL, metavar="NAME=VALUE", help="constant inputs, for example joint1.tau=2 (default: 0)")
+    command.add_argument("--input", **SEVERAL, metavar="NAME=VALUE", help="constant inputs, for example joint1.tau=2 (default: start values)")
     if places:
         command.add_argument(
             "--at",
@@ -65,15 +65,10 @@ def with_units(model: Model, names: Sequence[str], rates: bool = False) -> list[
     return [f"{n} [{units[n]}]" if units[n] else n for n in names]
 
 
-def given_parameters(options: argparse.Namespace) -> dict[str, float]:
-    """Returns the values of --start; raises UserError."""
-    return {name: number_of(text, f"start value of '{name}'") for name, text in parse_start(options.start).items()}
-
-
 def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Returns state and inputs; raises UserError."""
-    model.parameters = given_parameters(options)
-    u = np.zeros(len(model.inputs))
+    model.parameters = parse_start(options.start)
+    u = model.start_inputs()
     for name, text in parse_start(options.input, "constant input").items():
         if name not in model.inputs:
             raise unknown("input", name, model.inputs)

@@ -17,6 +17,7 @@ TRIALS = 10  # random trajectories, of which the best one is improved
 COARSE = 12  # rows per period of the highest harmonic in the search
 FINE = 200  # rows per harmonic at which the limits are observed
 MARGIN = 1e-3  # of the limits
+MOST_ROWS = 1e6  # of a trajectory
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,8 @@ def design(plant: Plant, limits: Limits, duration: float, step: float, chosen=()
     """Returns a trajectory of this duration (s) with rows every `step` (s): the best of a random search with adapted step size."""
     if not (0 < duration < np.inf and 0 < step <= duration):
         raise UserError(f"duration and step must be positive times in s, step at most the duration, got {duration:g} and {step:g}")
+    if duration / step > MOST_ROWS:
+        raise UserError(f"{duration / step:.3g} rows are too many: use a shorter duration or a longer step")
     base = base_of(arbitrary(plant), plant.names, plant.chosen(chosen))
     random, n = np.random.default_rng(seed), len(plant.joints)
     times = np.arange(0, duration, duration / (COARSE * HARMONICS))

@@ -113,6 +113,8 @@ def _columns(fmu: Staged, inputs: np.ndarray | None, parameters: Mapping[str, Ar
     columns = {name: _numbers(name, values) for name, values in parameters.items()}
     shapes = {f"parameter '{name}'": values.shape for name, values in columns.items()}
     count = len(inputs) if inputs is not None else next((len(v) for v in columns.values() if v.ndim == 1), 1)
+    if count == 0:
+        raise UserError("a batch has at least one run")
     for what, shape in shapes.items():
         if shape not in ((), (count,)):
             raise UserError(f"{what} must be a number or have the shape ({count},), got {shape}")

@@ -29,7 +29,7 @@ from build_fmu.library.staging import Variant, sample_time_of, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
 from build_fmu.run.session import Session
-from build_fmu.run.signals import number_of
+from build_fmu.run.signals import MOTION, number_of
 from build_fmu.run.simulate import Result, Settings, simulate
 
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
@@ -37,6 +37,7 @@ START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
 START_OF_VELOCITY = re.compile(r"\.(qd|omega)0(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
 DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
+WHOLE = 1e-9  # of the stop time: rounding of a number of steps
 HELD = 1e-9  # of the largest acceleration that a holding force removes
 
 
@@ -137,7 +138,10 @@ class Model:
         archive = self._fmu(Variant(tunable=self._tunable))
         with staged(archive) as fmu:
             size = fmu.step if step is None else positive("the step size", step)
-            steps = max(1, round((fmu.stop if stop is None else positive("the stop time", stop)) / size))
+            end = fmu.stop if stop is None else positive("the stop time", stop)
+            steps = max(1, round(end / size))
+            if abs(steps * size - end) > WHOLE * end:
+                raise UserError(f"the stop time {end:g} s is not a multiple of the step size {size:g} s")
             whole("workers", workers, 1), whole("every", every, 0)
             chosen = list(_names("outputs", outputs)) or fmu.reals()
             for name in chosen:
@@ -178,6 +182,11 @@ class Model:
         """Returns the start state x (n)."""
         self._equations()
         return self._start.copy()
+
+    def start_inputs(self) -> np.ndarray:
+        """Returns the start values of the inputs u (k): zero, for prescribed joints their start position and velocity."""
+        equations = self._equations()
+        return np.array([float(equations.variables[n].start or 0) for n in equations.inputs])
 
     def state(self, q: ArrayLike | None = None, qd: ArrayLike | None = None) -> np.ndarray:
         """Returns the start state with these positions and velocities."""
@@ -318,13 +327,19 @@ class Model:
             return _joints(session), np.array(session.read(self.states))
 
     def hold(self, x: ArrayLike | None = None) -> np.ndarray:
-        """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do."""
+        """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do.
+
+        Prescribed joints rest at their start positions.
+        """
         x, u = self._point(x, None)
         x[self._rows_of(self.velocities)] = 0
+        prescribed = np.array([name.endswith(MOTION) for name in self.inputs], dtype=bool)
+        u[[name.endswith(MOTION[1:]) for name in self.inputs]] = 0
         first = abs(self.slope(x, u)).max(initial=0)
         for _ in range(3):
             missing = self.slope(x, u)
-            u = u - np.linalg.lstsq(self.linearise(x, u)[1], missing, rcond=1e-12)[0]
+            B = np.where(prescribed, 0, self.linearise(x, u)[1])
+            u = u - np.linalg.lstsq(B, missing, rcond=1e-12)[0]
         left = self.slope(x, u)
         worst = int(abs(left).argmax()) if left.size else 0
         if left.size and abs(left[worst]) > HELD * max(first, 1.0):
@@ -387,7 +402,7 @@ class Model:
         if self.sample_time:
             raise UserError(
                 f"the controller is sampled every {self.sample_time:g} s, so x' does not follow from x and u alone: "
-                "remove sample_time, or use step"
+                "remove sample_time, or use the method step of the Python library"
             )
         return self._equations()
 
@@ -410,9 +425,7 @@ class Model:
     def _point(self, x: ArrayLike | None, u: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
         equations = self._equations()
         x = self.start() if x is None else _array(x, self.states, "x")
-        if u is None:
-            u = [float(equations.variables[n].start or 0) for n in equations.inputs]
-        return x, _array(u, equations.inputs, "u")
+        return x, self.start_inputs() if u is None else _array(u, equations.inputs, "u")
 
     def _forward(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
         return self.slope(self.state(q, qd), tau)[self._rows_of(self.velocities)]
@@ -502,6 +515,8 @@ def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: P
     times, values = (np.asarray(part, dtype=float) for part in value)
     if times.ndim != 1 or times.shape != values.shape:
         raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")
+    if not len(times):
+        raise UserError(f"input '{name}' has no values")
     if (np.diff(times) < 0).any():
         raise UserError(f"input '{name}': times must not decrease")
     rows = "\n".join(f"{t!r},{v!r}" for t, v in zip(times.tolist(), values.tolist(), strict=True))

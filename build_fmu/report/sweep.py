@@ -11,6 +11,7 @@ from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.report.motion import Positions
 from build_fmu.report.reference import Reference
 from build_fmu.run.driver import Outcome, Staged, Task, drive
+from build_fmu.run.signals import MOTION
 
 METHODS = ("auto", "erk", "adams", "dirk", "bdf", "exponential")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
@@ -100,7 +101,7 @@ def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: In
     names_of_inputs = list(inputs.names)
     if changing:
         # all forces; a changed prescribed motion would be a different motion
-        touched = [n for n in fmu.names("input") if not n.endswith((".q", ".qd", ".qdd"))]
+        touched = [n for n in fmu.names("input") if not n.endswith(MOTION)]
         missing = [n for n in touched if n not in names_of_inputs]
         names_of_inputs += missing
         rows = [row + [0.0] * len(missing) for row in rows] or [[0.0] * len(names_of_inputs), [0.0] * len(names_of_inputs)]

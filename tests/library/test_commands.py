@@ -105,7 +105,7 @@ def test_equilibrium_under_a_sampled_controller_has_no_rates(run, tmp_path):
     assert 20 * (q - 0.3) + 9.81 * np.sin(q) == pytest.approx(2, abs=1e-7) and "largest_rate" not in facts
     assert run("modes", model=sampled)[::2] == (
         1,
-        "the controller is sampled every 0.01 s, so x' does not follow from x and u alone: remove sample_time, or use step\n",
+        "the controller is sampled every 0.01 s, so x' does not follow from x and u alone: remove sample_time, or use the method step of the Python library\n",
     )
 
 
@@ -117,3 +117,35 @@ def test_equilibrium_of_contact_and_loops(run):
 
 def test_wrong_inputs_are_one_sentence(run):
     assert run("linearise", "--input", "rod.ta=2")[::2] == (1, "unknown input 'rod.ta'; did you mean 'rod.tau'?\n")
+
+
+# a pendulum on an inclined joint whose position is prescribed: unstable at these positions
+TILTED = """name = "tilted"
+[[link]]
+name = "p"
+drive = "motion"
+alpha = 1.5707963267948966
+mass = 1
+inertia = [1, 1, 1]
+q = 1.0
+[[link]]
+name = "s"
+mass = 1
+com = [1, 0, 0]
+q = -0.5
+"""
+
+
+def test_prescribed_joints_keep_their_start(run, tmp_path):
+    model = tmp_path / "tilted.toml"
+    model.write_text(TILTED)
+    for options in ((), ("--at", "held"), ("--input", "p.q=1")):
+        code, out, _ = run("linearise", "--json", *options, model=model)
+        facts = json.loads(out)
+        assert code == 0 and np.allclose(facts["A"], [[0, 1], [9.81 * np.sin(0.5), 0]])
+        assert facts["u"][1:] == [1, 0, 0] and np.isclose(facts["u"][0], 9.81 * np.cos(0.5) if "held" in options else 0)
+    code, out, _ = run("equilibrium", "--json", model=model)
+    assert code == 0 and np.isclose(json.loads(out)["positions"]["s.q"], -np.pi / 2 - 1)
+    model.write_text(TILTED.replace("q = 1.0", "q = 1.0\nqd = 8"))
+    code, _, errors = run("equilibrium", model=model)
+    assert code == 1 and "prescribed motions that start at rest" in errors

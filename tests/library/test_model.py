@@ -316,6 +316,11 @@ def test_errors_are_one_sentence(model):
             lambda: rds.load(m.file, tunable=["lower.mas"]),
             "^tunable 'lower.mas' is not a parameter of this model; did you mean 'lower.mass'",
         ),
+        (lambda: m.simulate(inputs={"lower.tau": ([], [])}), "input 'lower.tau' has no values"),
+        (lambda: m.simulate_many(stop=1, step=0.3), "the stop time 1 s is not a multiple of the step size 0.3 s"),
+        (lambda: m.simulate_many(parameters={"upper.q0": []}), "a batch has at least one run"),
+        (lambda: m.design(-1, 1, 1, duration=1e100), "rows are too many"),
+        (lambda: m.plant().equations([[0, 0]], [[0, 0]], [0]), r"q, qd and qdd must have the shape \(rows, 2\)"),
         (lambda: m.modes(), "modes require a state at rest, but 'lower.qd"),
         (lambda: m.inverse(np.zeros((2, 2)), np.zeros((3, 2)), np.zeros(2)), "must be vectors or have 3 rows"),
         (

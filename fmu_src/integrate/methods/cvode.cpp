@@ -261,7 +261,7 @@ Outcome Cvode::step_past(double& end) {
     }
     if (budget.is_hopeless(step, now, end)) return failure(now, budget.hopeless(name()));
     if (step == budget.steps())
-      return failure(now, budget.exceeded(system_, name(), settings_, now, data(ahead_)));
+      return failure(now, budget.exceeded(system_, name(), settings_, now, data(ahead_), step));
     if (steps_taken_ == steps_between_restarts) {
       Outcome outcome = restart_between_steps();
       if (!outcome.ok) return outcome;

@@ -18,12 +18,13 @@ class StepBudget {
   // after a difficult interval.
   static constexpr long check_interval = 200'000;
   bool is_hopeless(long taken, double time, double end);
+  bool is_too_small_for(double max_step) const;  // for steps of SolverSettings::max_step
 
-  // Messages for a failure of the method with this name. `exceeded`, at (time, y), names the rate of the
-  // stiffest joint and recommends changes depending on the method of the settings.
+  // Messages for a failure of the method with this name. `exceeded`, at (time, y) after `taken` steps, names
+  // the rate of the stiffest joint and recommends changes depending on the method of the settings.
   std::string hopeless(const char* method) const;
   std::string exceeded(System& system, const char* method, const SolverSettings& settings, double time,
-                       const double* y) const;
+                       const double* y, long taken) const;
 
  private:
   long steps_;

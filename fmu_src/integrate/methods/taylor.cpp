@@ -130,7 +130,7 @@ Outcome Taylor::advance(double end, bool inputs_changed) {
     }
     if (budget.is_hopeless(taken, since_, length)) return failure(time(), budget.hopeless(name()));
     if (taken == budget.steps())
-      return failure(time(), budget.exceeded(system_, name(), settings_, time(), y_.data()));
+      return failure(time(), budget.exceeded(system_, name(), settings_, time(), y_.data(), taken));
     y_ = end_state_;
     since_ = series_since_ + extent_;
     has_series_ = inputs_changed = false;

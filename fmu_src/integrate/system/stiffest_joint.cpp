@@ -1,6 +1,8 @@
 #include "integrate/system/stiffest_joint.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace redysim {
@@ -14,23 +16,51 @@ class RateProbe {
 
   bool start() { return system_.slope_within_step(time_, at_.data(), slope_.data()) == Status::ok; }
   // Rate, 1/s, from the derivative of the slope of `of` by `component`: `of` is the component itself, or the
-  // velocity that belongs to a position. 0: not finite.
+  // velocity that belongs to a position.
   double rate(int component, int of) {
+    const double size = derivative(component, of);
+    return component == of ? size : std::sqrt(size);
+  }
+  // Frequency, rad/s, of an oscillation between two components, for example a current and a speed.
+  double exchange(int one, int other) {
+    return std::sqrt(derivative(one, other)) * std::sqrt(derivative(other, one));
+  }
+
+ private:
+  // |d slope[of] / d component|; 0: not finite.
+  double derivative(int component, int of) {
     const double value = at_[component];
     system_.difference_steps(at_.data(), moved_.data());
     const double step = moved_[component];
     at_[component] = value + step;
     const bool ok = system_.slope_within_step(time_, at_.data(), moved_.data()) == Status::ok;
     at_[component] = value;
-    const double change = ok ? std::fabs(moved_[of] - slope_[of]) / step : 0;
-    return component == of ? change : std::sqrt(change);
+    return ok ? std::fabs(moved_[of] - slope_[of]) / step : 0;
   }
 
- private:
   System& system_;
   double time_;
   std::vector<double> at_, slope_, moved_;
 };
+
+// Place of the velocity of a joint in the state, -1: none.
+int velocity_of(const System& system, int joint) {
+  for (int k = 0; k < system.simple(); ++k)
+    if (system.joint_of(k) == joint) return system.layout().qd[k];
+  return -1;
+}
+
+// Largest rate of the states of actuator k, 1/s.
+double rate_of(const System& system, RateProbe& probe, const Actuators& actuators, int k) {
+  const auto [motor_q, motor_qd, current, lagged] = actuators.places(k);
+  double fastest = 0;
+  for (const auto& [component, of] : {std::pair(motor_q, motor_qd), std::pair(motor_qd, motor_qd),
+                                      std::pair(current, current), std::pair(lagged, lagged)})
+    if (component >= 0) fastest = std::max(fastest, probe.rate(component, of));
+  const int speed = motor_qd >= 0 ? motor_qd : velocity_of(system, actuators.joint(k));
+  if (current >= 0 && speed >= 0) fastest = std::max(fastest, probe.exchange(current, speed));
+  return fastest;
+}
 
 }  // namespace
 
@@ -47,13 +77,9 @@ double find_stiffest_joint(System& system, double time, const double* y) {
       if (const double rate = probe.rate(component, velocity); rate > fastest) fastest = rate, stiffest = k;
   }
   const Actuators* actuators = system.actuators();
-  for (int k = 0; actuators && k < actuators->size(); ++k) {
-    const auto [motor_q, motor_qd, current, lagged] = actuators->places(k);
-    for (const auto& [component, of] : {std::pair(motor_q, motor_qd), std::pair(motor_qd, motor_qd),
-                                        std::pair(current, current), std::pair(lagged, lagged)})
-      if (const double rate = component < 0 ? 0 : probe.rate(component, of); rate > fastest)
-        fastest = rate, driven = actuators->joint(k);
-  }
+  for (int k = 0; actuators && k < actuators->size(); ++k)
+    if (const double rate = rate_of(system, probe, *actuators, k); rate > fastest)
+      fastest = rate, driven = actuators->joint(k);
   if (driven >= 0)
     system.set_failed_drive(driven);
   else if (stiffest >= 0)

@@ -5,7 +5,6 @@
 
 #include "integrate/methods/slope_time.hpp"
 #include "integrate/methods/state_bytes.hpp"
-#include "integrate/methods/step_budget.hpp"
 
 namespace redysim {
 
@@ -87,33 +86,32 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   if (is_interpolation || !is_later(end, time())) return current_->advance(end, inputs_changed);
   const double span = end - time();
   consider_inputs(end, inputs_changed);
-  StepBudget budget(time(), end);
+  Attempt attempt(*this, end);
   const long before = statistics_.steps;
-  bool questioned = false;
-  unsigned failed = 0;  // bits of the methods that failed at `failed_at`
+  unsigned failed = 0;  // bits of the methods that failed at `failed_at`, or with an exhausted budget
   double failed_at = time();
   while (time() < end) {
     Outcome outcome = current_->advance(end, inputs_changed);
     count();
     if (!outcome.ok) {
-      if (time() > failed_at) failed = 0;
+      if (time() > failed_at) failed = attempt.exhausted;
       failed_at = time();
       if (!replace_failed(failed)) return outcome;
       continue;
     }
     inputs_changed = false;
-    const long taken = statistics_.steps - before;
-    if (budget.is_hopeless(taken, time(), end)) return failure(time(), budget.hopeless(name()));
-    if (taken > budget.steps())
-      return failure(time(), budget.exceeded(system_, name(), settings_, time(), state()));
-    if (is_pause_due(taken)) return {};
-    if (!questioned && is_late(taken, budget.steps())) {
-      questioned = true;
-      begin_trial(Choice::bdf, span);
-    } else if (time() < end) {
-      consider(end, span);
+    const long taken = statistics_.steps - attempt.steps_before;
+    if (attempt.budget.is_hopeless(taken, time(), end))
+      return failure(time(), attempt.budget.hopeless(name()));
+    if (attempt.is_over(*this, taken)) {
+      if (const std::string why = replace_exhausted(attempt, taken, end); !why.empty())
+        return failure(time(), why);
+      continue;
     }
+    if (is_pause_due(statistics_.steps - before)) break;
+    if (!tries_bdf_late(attempt, taken, span) && time() < end) consider(end, span);
   }
+  readmit(attempt.exhausted);
   return {};
 }
 
@@ -133,6 +131,45 @@ bool Automatic::replace_failed(unsigned& failed) {
     return true;
   }
   return false;
+}
+
+Automatic::Attempt::Attempt(const Automatic& of, double end)
+    : budget(of.time(), end), steps_before(of.statistics_.steps), work_before(of.work()) {}
+
+bool Automatic::Attempt::is_over(const Automatic& of, long taken) const {
+  const bool is_expensive = is_implicit(of.choice()) && of.work() - work_before > work_limit;
+  return !of.is_trial() && (taken > budget.steps() || is_expensive);
+}
+
+// Continues with a method whose budget is not exhausted. Otherwise returns why the advance fails.
+std::string Automatic::replace_exhausted(Attempt& attempt, long taken, double end) {
+  const int former = memory_.choice;
+  const double spent = work() - attempt.work_before;
+  const bool is_second = (attempt.exhausted >> static_cast<unsigned>(former) & 1U) != 0;
+  if (is_second || attempt.budget.is_too_small_for(settings_.max_step) || !replace_failed(attempt.exhausted))
+    return attempt.budget.exceeded(system_, name(), settings_, time(), state(), taken);
+  memory_.due[former] = std::numeric_limits<double>::infinity();  // until `readmit`
+  attempt.budget = StepBudget(time(), end);
+  attempt.steps_before = statistics_.steps;
+  attempt.work_before = work();
+  attempt.work_limit = std::min(attempt.work_limit, spent);
+  return {};
+}
+
+// Tries bdf once if an explicit method has taken a large part of the step budget.
+bool Automatic::tries_bdf_late(Attempt& attempt, long taken, double span) {
+  if (attempt.tried_bdf || is_implicit(choice()) || is_trial() ||
+      Tuning::explicit_part * taken <= attempt.budget.steps())
+    return false;
+  attempt.tried_bdf = true;
+  begin_trial(Choice::bdf, span);
+  return true;
+}
+
+// Methods that exhausted a budget may be tried again.
+void Automatic::readmit(unsigned exhausted) {
+  for (int k = 0; k < choices; ++k)
+    if ((exhausted >> static_cast<unsigned>(k) & 1U) != 0) memory_.due[k] = work() + Tuning::longest_wait;
 }
 
 // A trial continues with the one-step method.

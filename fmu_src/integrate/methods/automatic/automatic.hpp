@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "integrate/methods/automatic/memory.hpp"
 #include "integrate/methods/methods.hpp"
 #include "integrate/methods/one_step.hpp"
+#include "integrate/methods/step_budget.hpp"
 #include "integrate/system/spectral_radius.hpp"
 
 // Chooses among the methods during the run (docs/solvers.md, constants in tuning.hpp).
@@ -63,12 +65,29 @@ class Automatic final : public Integrator {
     double hold;   // time between two changes, s
   };
 
+  // The part of an advance within one step budget. If the method in use exhausts it, the others get a new
+  // one in turn; implicit methods, whose steps can be expensive, for at most the work of the shortest part.
+  struct Attempt {
+    Attempt(const Automatic& of, double end);
+    bool is_over(const Automatic& of, long taken) const;
+
+    StepBudget budget;
+    long steps_before;  // of the instance
+    double work_before;
+    double work_limit = std::numeric_limits<double>::infinity();
+    unsigned exhausted = 0;  // bits of the methods that exhausted a budget
+    bool tried_bdf = false;  // because an explicit method took a large part of the budget
+  };
+
   // The run (automatic.cpp).
   Integrator& integrator(Choice choice);
   std::unique_ptr<Integrator> made(Choice choice);
   void use(Choice choice);
   void leave_multistep();
   bool replace_failed(unsigned& failed);
+  std::string replace_exhausted(Attempt& attempt, long taken, double end);
+  void readmit(unsigned exhausted);
+  bool tries_bdf_late(Attempt& attempt, long taken, double span);
   void note_change();
   void consider_inputs(double end, bool changed);
   void consider(double end, double span);
@@ -84,10 +103,6 @@ class Automatic final : public Integrator {
   double expected_hold(double end) const { return std::max(memory_.hold, end - memory_.changed); }
   long pause_of(Choice choice) const {
     return choice == Choice::exponential ? std::min(pause_, Tuning::exponential_between_choices) : pause_;
-  }
-  // Whether an explicit method has taken a large part of the step budget.
-  bool is_late(long taken, long budget) const {
-    return Tuning::explicit_part * taken > budget && !is_implicit(choice()) && !is_trial();
   }
   bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
 

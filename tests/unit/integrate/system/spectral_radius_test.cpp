@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "integrate/system/stiffest_joint.hpp"
 #include "model/read/model_file.hpp"
@@ -49,6 +50,23 @@ TEST(SpectralRadius, onset_of_a_stop_is_resolved) {
   // full stiffness below the onset, half of it at half depth
   EXPECT_NEAR(rate(2e-8), 1e6, 1e4);
   EXPECT_NEAR(rate(0.5e-8), std::sqrt(0.5) * 1e6, 2e4);
+}
+
+// Current and speed of a motor exchange energy at k / sqrt(L J), faster than R / L.
+TEST(SpectralRadius, electromechanical_oscillation_is_found) {
+  for (const bool geared : {false, true}) {
+    const Model model =
+        read_model_text("name = 'rod'\n[[link]]\nname = 'rod'\ninertia = [1, 1, 2]\n[[actuator]]\njoint = "
+                        "'rod'\nresistance = 1\ntorque_constant = 1e3\ninductance = 1e-3\n" +
+                            std::string(geared ? "rotor_inertia = 2\nstiffness = 10\n" : ""),
+                        "rod.toml")
+            .model;
+    const Plan<double> plan(model);
+    System system(plan, false, &model);
+    const std::vector<double> at_rest(static_cast<std::size_t>(system.size()));
+    const double rate = 1e3 / std::sqrt(1e-3 * 2);
+    EXPECT_NEAR(find_stiffest_joint(system, 0, at_rest.data()), rate, 1e-3 * rate) << geared;
+  }
 }
 
 }  // namespace
