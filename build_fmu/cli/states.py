@@ -25,7 +25,7 @@ def add_state_options(command: argparse.ArgumentParser, places: Sequence[str] = 
     """Adds the model file and the options of its state."""
     command.add_argument("model", type=Path, metavar="MODEL", help="model file (.toml)")
     command.add_argument("--start", **SEVERAL, metavar="NAME=VALUE", help="start values of parameters, for example joint1.q0=pi/2")
-    command.add_argument("--input", **SEVERAL, metavar="NAME=VALUE", help="constant inputs, for example joint1.tau=2 (default: start values)")
+    command.add_argument("--input", **SEVERAL, metavar="NAME=VALUE", help="constant inputs, for example joint1.tau=2 (default: the start)")
     if places:
         command.add_argument(
             "--at",

@@ -319,8 +319,7 @@ std::string OneStep::reason_of(Flag flag, const StepBudget& budget) {
     case Flag::not_finite:
       return settings_.max_rhs > 0 ? reasons::not_finite_within_max_rhs : reasons::not_finite;
     case Flag::step_limit:
-      return budget.exceeded(system_, name(), settings_, absolute(reached()), result_,
-                             budget.steps());
+      return budget.exceeded(system_, name(), settings_, absolute(reached()), result_, budget.steps());
     case Flag::below_rounding:
       return reasons::tolerance_below_rounding;
     default:

@@ -56,10 +56,11 @@ TEST(SpectralRadius, onset_of_a_stop_is_resolved) {
 TEST(SpectralRadius, electromechanical_oscillation_is_found) {
   for (const bool geared : {false, true}) {
     const Model model =
-        read_model_text("name = 'rod'\n[[link]]\nname = 'rod'\ninertia = [1, 1, 2]\n[[actuator]]\njoint = "
-                        "'rod'\nresistance = 1\ntorque_constant = 1e3\ninductance = 1e-3\n" +
-                            std::string(geared ? "rotor_inertia = 2\nstiffness = 10\n" : ""),
-                        "rod.toml")
+        read_model_text(
+            "name = 'rod'\n[[link]]\nname = 'rod'\ninertia = [1, 1, 2]\n[[actuator]]\njoint = "
+            "'rod'\nresistance = 1\ntorque_constant = 1e3\ninductance = 1e-3\n" +
+                std::string(geared ? "rotor_inertia = 2\nstiffness = 10\n" : ""),
+            "rod.toml")
             .model;
     const Plan<double> plan(model);
     System system(plan, false, &model);
