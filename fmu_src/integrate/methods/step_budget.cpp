@@ -52,8 +52,8 @@ bool StepBudget::is_too_small_for(double max_step) const {
 
 std::string StepBudget::exceeded(System& system, const char* method, const SolverSettings& settings,
                                  double time, const double* y, long taken) const {
-  const std::string what = std::to_string(std::min(taken, steps_)) + " internal steps of " + method +
-                           " did not reach the end of the step; ";
+  const std::string what =
+      std::to_string(taken) + " internal steps of " + method + " did not reach the end of the step; ";
   if (is_too_small_for(settings.max_step)) return what + "solver.max_step forbids longer steps: raise it";
   return what + "the stiffest joint has a rate of " + rounded(find_stiffest_joint(system, time, y)) +
          " 1/s: " + advice(settings.method);

@@ -104,8 +104,9 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     if (attempt.budget.is_hopeless(taken, time(), end))
       return failure(time(), attempt.budget.hopeless(name()));
     if (attempt.is_over(*this, taken)) {
-      if (const std::string why = replace_exhausted(attempt, taken, end); !why.empty())
-        return failure(time(), why);
+      if (!replace_exhausted(attempt, end))
+        return failure(time(), attempt.budget.exceeded(system_, "auto", settings_, time(), state(),
+                                                       statistics_.steps - before));
       continue;
     }
     if (is_pause_due(statistics_.steps - before)) break;
@@ -141,19 +142,19 @@ bool Automatic::Attempt::is_over(const Automatic& of, long taken) const {
   return !of.is_trial() && (taken > budget.steps() || is_expensive);
 }
 
-// Continues with a method whose budget is not exhausted. Otherwise returns why the advance fails.
-std::string Automatic::replace_exhausted(Attempt& attempt, long taken, double end) {
+// Continues with a method whose budget is not exhausted.
+bool Automatic::replace_exhausted(Attempt& attempt, double end) {
   const int former = memory_.choice;
   const double spent = work() - attempt.work_before;
   const bool is_second = (attempt.exhausted >> static_cast<unsigned>(former) & 1U) != 0;
   if (is_second || attempt.budget.is_too_small_for(settings_.max_step) || !replace_failed(attempt.exhausted))
-    return attempt.budget.exceeded(system_, name(), settings_, time(), state(), taken);
+    return false;
   memory_.due[former] = std::numeric_limits<double>::infinity();  // until `readmit`
   attempt.budget = StepBudget(time(), end);
   attempt.steps_before = statistics_.steps;
   attempt.work_before = work();
   attempt.work_limit = std::min(attempt.work_limit, spent);
-  return {};
+  return true;
 }
 
 // Tries bdf once if an explicit method has taken a large part of the step budget.

@@ -85,7 +85,7 @@ class Automatic final : public Integrator {
   void use(Choice choice);
   void leave_multistep();
   bool replace_failed(unsigned& failed);
-  std::string replace_exhausted(Attempt& attempt, long taken, double end);
+  bool replace_exhausted(Attempt& attempt, double end);
   void readmit(unsigned exhausted);
   bool tries_bdf_late(Attempt& attempt, long taken, double span);
   void note_change();
