@@ -235,6 +235,7 @@ def _print(result: Identification, left: np.ndarray) -> None:
 
 def _design(options: argparse.Namespace, model: Model, chosen: list[str]) -> int:
     from build_fmu.identify.design import design, limits_of
+    from build_fmu.identify.run import POOR
     from build_fmu.run.simulate import Result
     from build_fmu.run.tables import write_csv
 
@@ -255,6 +256,8 @@ def _design(options: argparse.Namespace, model: Model, chosen: list[str]) -> int
         q, qd, tau = UNITS[slides]
         print(f"{joint}: position {a:.4g} to {b:.4g} {q}, speed up to {v:.4g} {qd}, {name} of the model file up to {t:.4g} {tau}")
     print(f"{target}  {len(found.time)} rows, {duration:g} s, condition number {found.condition:.3g}")
+    if found.condition > POOR:
+        warn([f"poor excitation: a condition number above {POOR:g}; use larger ranges and speeds, or identify fewer parameters"])
     return 0
 
 

@@ -86,9 +86,10 @@ def design(plant: Plant, limits: Limits, duration: float, step: float, chosen=()
 
 def _motion(series: np.ndarray, limits: Limits, duration: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns positions, velocities and accelerations of sines and cosines (2 x harmonics x n), scaled to the limits."""
-    w = 2 * np.pi * np.arange(1, HARMONICS + 1) / duration
+    k = np.arange(1, HARMONICS + 1)
+    w = 2 * np.pi * k / duration
     # at rest at both ends: the sines have no velocity there, the cosines no acceleration
-    sines, cosines = (part - np.outer(v, v @ part) / (v @ v) for part, v in zip(series, (w, w**2), strict=True))
+    sines, cosines = (part - np.outer(v, v @ part) / (v @ v) for part, v in zip(series, (k, k**2), strict=True))
 
     def at(t: np.ndarray, order: int) -> np.ndarray:
         shift = np.pi / 2 * order
