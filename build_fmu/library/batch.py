@@ -99,8 +99,10 @@ def parted(fmu: Staged, parameters: Mapping[str, ArrayLike | str]) -> tuple[dict
     for name, value in parameters.items():
         if name not in known:
             raise unknown("parameter", name, known)
-        if fmu.variables[name].type != "String":
+        if fmu.variables[name].type == "Real":
             numbers[name] = value
+        elif fmu.variables[name].type != "String":
+            raise UserError(f"parameter '{name}' is not a real number and cannot vary in a batch")
         elif isinstance(value, str) and value.strip() and value.isprintable():
             texts[name] = value
         else:

@@ -30,8 +30,12 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
         time = equations.next_event
         raise UserError(f"a trajectory changes at t = {time:g} s, inside the step of {h:g} s: use a shorter step")
     before, count = None, 1
+    equations.slope(x, u)
     while count <= MOST_INTERVALS:
-        now = _derivative(equations, x, u, h, count)
+        try:
+            now = _derivative(equations, x, u, h, count)
+        except (UserError, np.linalg.LinAlgError):
+            now = None  # a stage is out of reach: shorter intervals may succeed
         if now is not None:
             if before is not None and abs(now - before).max(initial=0) <= ACCURACY * abs(now).max(initial=0):
                 return now[:, : len(x)], now[:, len(x) :]

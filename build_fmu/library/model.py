@@ -28,8 +28,9 @@ from build_fmu.library.regression import plant_of, torques_on
 from build_fmu.library.staging import Variant, sample_time_of, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
+from build_fmu.run.prescribed import MOTION
 from build_fmu.run.session import Session
-from build_fmu.run.signals import MOTION, number_of
+from build_fmu.run.signals import number_of
 from build_fmu.run.simulate import Result, Settings, simulate
 
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")

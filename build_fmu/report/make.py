@@ -18,7 +18,8 @@ from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
 from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
 from build_fmu.run.driver import Staged, staged
-from build_fmu.run.signals import MOTION, parse_inputs, tables_of
+from build_fmu.run.prescribed import MOTION
+from build_fmu.run.signals import parse_inputs, tables_of
 from build_fmu.run.simulate import MOST_STEPS
 from build_fmu.run.tables import keep_inputs
 

@@ -11,7 +11,7 @@ from build_fmu.errors import InvalidArgument, UserError
 from build_fmu.report.motion import Positions
 from build_fmu.report.reference import Reference
 from build_fmu.run.driver import Outcome, Staged, Task, drive
-from build_fmu.run.signals import MOTION
+from build_fmu.run.prescribed import MOTION
 
 METHODS = ("auto", "erk", "adams", "dirk", "bdf", "exponential")
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))

@@ -57,6 +57,8 @@ def compile_expression(text: str) -> Expression:
     except SyntaxError as error:
         where = f" at column {error.offset}" if error.offset else ""
         raise UserError(f"cannot read the expression '{text}'{where}") from None
+    except OverflowError:
+        raise UserError(f"cannot read the expression '{text[:60]}': a number is too large") from None
     except (RecursionError, MemoryError, ValueError):
         raise UserError(f"cannot read the expression '{text[:60]}': nested too deeply") from None
     names = {"__builtins__": {}, **FUNCTIONS, **CONSTANTS}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import factorial
 
-MOTION = (".q", ".qd", ".qdd")
+MOTION = (".q", ".qd", ".qdd")  # endings of the inputs
 
 
 def motions_of(inputs: Sequence[str]) -> dict[str, list[str]]:

@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -113,8 +114,7 @@ class Session:
         """Initialises the FMU at `start` (s) with the given start values."""
         if not self.is_fmi3:
             self._guarded(f"when setting up t = {start:g} s", lambda: self.instance.setupExperiment(tolerance, start, stop))
-        for name, value in values.items():
-            self._guarded(f"when setting '{name}' = {value}", lambda n=name, v=value: self.write({n: v}))
+        self.write(values)
         experiment = (tolerance, start, stop) if self.is_fmi3 else ()
         self._guarded("during initialization", lambda: self.instance.enterInitializationMode(*experiment))
         self._log("logStatusError", "logStatusWarning")
@@ -133,9 +133,11 @@ class Session:
     def write(self, values: dict[str, Any]) -> None:
         """Sets variables by name (SI units)."""
         for name, value in values.items():
-            variable = self.variables[name]
-            convert = {"Real": float, "String": str}.get(variable.type, int)
-            self._function("set", variable.type)([variable.valueReference], [convert(value)])
+            self._guarded(f"when setting '{name}' = {value}", partial(self._set, self.variables[name], value))
+
+    def _set(self, variable: Any, value: Any) -> None:
+        convert = {"Real": float, "String": str}.get(variable.type, int)
+        self._function("set", variable.type)([variable.valueReference], [convert(value)])
 
     @property
     def is_fmi3(self) -> bool:
@@ -176,7 +178,8 @@ class Session:
         for name in names:
             variable = self.variables[name]
             if variable.type in ("Integer", "Enumeration", "Boolean"):
-                values[name] = self._function("get", variable.type)([variable.valueReference])[0]
+                call = partial(self._function("get", variable.type), [variable.valueReference])
+                values[name] = self._guarded(f"when reading '{name}'", call)[0]
         return [values[n] for n in names]
 
     def step(self, time: float, size: float) -> None:

@@ -20,7 +20,6 @@ from build_fmu.run.taylor import Interval
 # after names in tables, without signs of multiplication
 UNITS = ("s", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "Nm", "V", "A", "W", "J", "1", "")
 OTHER_TABLES = re.compile(r".*\.(mat|txt|dat|tsv|xlsx?|ods|json|npy|npz|h5|hdf5|parquet)", re.IGNORECASE)
-MOTION = (".q", ".qd", ".qdd")  # endings of the inputs of a prescribed motion
 MODES = ("none", "expressions", "all")  # the signals that change during a step
 UnitOf = Callable[[str], str | None]  # the unit of a variable, None for an unknown one
 

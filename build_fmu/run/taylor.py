@@ -76,7 +76,7 @@ def sine_and_cosine(a: Series, order: int) -> tuple[Series, Series]:
 def power(a: Series, exponent: float, order: int) -> Series:
     """Returns a to a constant power; a base that is not positive requires an integer power."""
     low, high = a[0]
-    whole = exponent == int(exponent) and abs(exponent) < 1e6
+    whole = abs(exponent) < 1e6 and exponent == int(exponent)
     if not whole and low < 0 or exponent < 0 and low <= 0 <= high:
         raise Unbounded
     ends = sorted(_finite(lambda x: x**exponent, x) for x in (low, high))

@@ -8,4 +8,7 @@ namespace redysim {
 // for a displacement at most 1 m, and 1 m if the model does not determine it (docs/solvers.md).
 double motion_scale(const Model& model, const Parameters<double>& parameters, int link);
 
+// The same for a search over long distances: a displacement has at least the size of the moved links.
+double search_scale(const Model& model, const Parameters<double>& parameters, int link);
+
 }  // namespace redysim

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.fmi.raw import OK, Slave, Unpacked
+from tests.fmi.conftest import ROOT
+from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
 # One joint of each drive in one chain, and a frame of each port.
 MIXED = """
@@ -262,6 +263,20 @@ def test_a_reset_begins_anew(mixed):
             assert slave.call("Reset") == OK
             assert slave.reals(["rail.q", "rail.qd", "elbow.q0"]) == [0.1, 0.2, 0.5]
     assert ends[0] == ends[1]
+
+
+def test_a_jump_that_loops_cannot_follow_leaves_the_state(built):
+    text = (ROOT / "models" / "four_bar.toml").read_text()
+    head, tail = text.split('joint_name = "joint2"\ndrive = "free"')
+    watched = ["crank_joint.q", "crank_joint.qd", "energy.work"]
+    for method in ("erk", "bdf"):
+        with Slave(built(f'{head}joint_name = "joint2"\ndrive = "motion"{tail}')) as slave:
+            slave.initialize(start={"solver.method": method})
+            assert slave.step(0, 0.01) == OK, slave.errors
+            before = slave.reals(watched)
+            assert slave.set("joint2.q", 0.5) == OK
+            assert slave.step(0.01, 0.01) == ERROR and "the state is the one at 0.01 s" in slave.errors[0]
+            assert slave.reals(watched) == before
 
 
 def test_between_settings_a_motion_goes_on(mixed):

@@ -167,3 +167,23 @@ def test_a_parallelogram_rests_from_its_singular_configuration(make, gravity):
     assert before == pytest.approx([crank, crank, -crank], abs=1e-8)
     assert slave.step(0, 1.0) == OK and slave.get("closure.gap") < 1e-12
     assert slave.reals(["crank_joint.q", "rocker_joint.q", "coupler_joint.q"]) == pytest.approx(before, abs=1e-8)
+
+
+# a slider on a spring with a pendulum; the scale of the slider follows from its start
+SLIDER = """name = "slider"
+start = "equilibrium"
+link = [
+  {name = "s", joint = "prismatic", mass = 1, inertia = [0.01, 0.01, 0.01], stiffness = 100, q = 0.05},
+  {name = "p", parent = "s", alpha = 1.5707963267948966, mass = 1, com = [0.5, 0, 0], inertia = [0.01, 0.01, 0.01], stiffness = 5, q = 0.3},
+]
+"""
+
+
+def test_reset_forgets_the_scales_of_the_run_before(built):
+    starts = []
+    with Slave(built(SLIDER)) as slave:
+        for q0 in (0.05, 1e-6, 0.05, 0.9, 0.05):
+            slave.initialize(start={"s.q0": q0})
+            starts.append(slave.reals(["s.q", "p.q"]))
+            assert slave.step(0, 0.1) == OK and slave.call("Reset") == OK
+    assert starts[0] == starts[2] == starts[4]

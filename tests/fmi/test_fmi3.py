@@ -150,6 +150,21 @@ def test_adjoint_derivative_of_a_pendulum_in_closed_form(fmu3):
         assert status == OK and gradient[0] == pytest.approx(2.0, rel=1e-13)
 
 
+def test_adjoint_derivative_after_a_prescribed_position_and_a_mass(built3):
+    """Both are pending: the state follows the jump before the derivative is computed."""
+    links = "".join(
+        f'[[link]]\nname = "l{joint}"\njoint_name = "{joint}"\na = {a}\nmass = 1\ncom = [0.2, 0, 0]\ninertia = [0.01, 0.02, 0.02]\n{drive}'
+        for joint, a, drive in (("a", 0, 'drive = "motion"\n'), ("b", 0.4, ""), ("c", 0.4, ""))
+    )
+    with Slave3(built3(f'name = "arm"\ngravity = [0, -9.81, 0]\n{links}[fmu]\ntunable = ["lc.mass"]\n')) as slave:
+        slave.initialize().run(0, 3, STEP)
+        assert slave.set("a.q", 1.0) == OK and slave.set("lc.mass", 5.0) == OK
+        status, gradient = slave.derivative("GetAdjointDerivative", ["b.qdd"], ["c.tau"], [1.0])
+        assert status == OK and [gradient] == [
+            pytest.approx(slave.derivative("GetDirectionalDerivative", ["b.qdd"], ["c.tau"], [1.0])[1], rel=1e-13)
+        ]
+
+
 def test_output_derivatives(fmu3):
     with Slave3(fmu3("four_bar")) as slave:
         slave.initialize().run(0, 5, STEP)

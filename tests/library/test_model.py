@@ -145,6 +145,14 @@ def test_derivative_of_a_step_is_that_of_the_solver(model, name):
     assert pytest.approx(by_input, abs=1e-7) == B @ scale
 
 
+def test_derivative_of_a_step_whose_first_stages_are_out_of_reach(model):
+    """With one interval, stages lie where the loops cannot be closed."""
+    m = model("five_bar")
+    A = m.linearise(h=0.4)[0]
+    halves = m.linearise(h=0.2)[0], m.linearise(m.step(h=0.2), h=0.2)[0]
+    assert pytest.approx(halves[1] @ halves[0], abs=1e-5 * abs(A).max()) == A
+
+
 def test_two_steps_multiply(model):
     m = model(DOUBLE)
     x, u, h = m.start(), np.array([1.0, -0.5]), 0.1

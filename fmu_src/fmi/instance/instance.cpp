@@ -149,10 +149,9 @@ fmi2Status Instance::do_step(double current, double size) {
   Integrator& integrator = *simulation_.integrator;
   const bool inputs_changed = inputs_have_changed();
   system.forget_failure();
-  const long decisions = integrator.decisions();
+  const std::int64_t decisions = integrator.decisions();
   if (jacobian) jacobian->begin_step(parameters_);
-  const Outcome outcome = update_.callback ? advance_with_updates(end, inputs_changed)
-                                           : advance(integrator, system, end, inputs_changed);
+  const Outcome outcome = advance_to(end, inputs_changed);
   if (integrator.decisions() != decisions && log_.events()) log_.event(integrator.last_decision());
   applied_inputs_ = system.inputs();  // with phases, samples and followed jumps of the step
   end_input_slopes(outcome.ok ? end : integrator.time());
@@ -165,6 +164,16 @@ fmi2Status Instance::do_step(double current, double size) {
   if (outcome.ok) return fmi2OK;
   life_.state = State::failed;
   return refuse(function, failed_step(outcome));
+}
+
+Outcome Instance::advance_to(double& end, bool inputs_changed) {
+  try {
+    return update_.callback ? advance_with_updates(end, inputs_changed)
+                            : advance(*simulation_.integrator, simulation_.system, end, inputs_changed);
+  } catch (...) {  // out of memory: the integrator may be between two states
+    life_.state = State::failed;
+    throw;
+  }
 }
 
 // Whether the inputs differ from those at the end of the last step, or the solver's history is invalid.
@@ -243,6 +252,7 @@ fmi2Status Instance::reset() {
   simulation_.integrator.reset();
   simulation_.time = 0;
   life_ = {};
+  system.set_scales(simulation_.model, simulation_.parameters);
   motion_.reset();
   state_.reset();
   values_.changed();

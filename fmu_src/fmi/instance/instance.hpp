@@ -108,6 +108,7 @@ class Instance {
   std::string failed_step(const Outcome& outcome);
   bool inputs_have_changed();
   void end_input_slopes(double time);
+  Outcome advance_to(double& end, bool inputs_changed);
   Outcome advance_with_updates(double& end, bool inputs_changed);
   Needs needs_of(const unsigned* references, std::size_t count) const;
 

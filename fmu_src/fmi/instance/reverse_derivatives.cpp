@@ -63,10 +63,10 @@ const double* OutputDerivatives::gradient(const Variable& known) const {
   const InputLayout& inputs = system.input_layout();
   Reverse& reverse = *reverse_;
   Derivatives::Gradient& row = reverse.row;
+  if (!values_.update(Needs::parameters).empty()) return false;
   const double* y = state_.y();
   const std::size_t n = static_cast<std::size_t>(plan.nv);
   std::vector<double> qdd(n), tau(n), weights(n);
-  if (!values_.update(Needs::parameters).empty()) return false;
   if (system.accelerations(simulation_.time, y, qdd.data()) != Status::ok) return false;
   const System::Coordinates at = system.coordinates(simulation_.time, y);
   system.drive_forces(at, qdd.data(), tau.data());

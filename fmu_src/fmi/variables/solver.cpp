@@ -7,7 +7,7 @@
 namespace redysim {
 namespace {
 
-template <long Statistics::*member>
+template <std::int64_t Statistics::*member>
 double read_count(Values& at, const Variable&) {
   return at.integrator() ? static_cast<double>(at.integrator()->statistics().*member) : 0;
 }

@@ -289,7 +289,7 @@ Outcome Cvode::advance(double end, bool inputs_changed) {
     restart_due_ = Due::no;
   }
 
-  const long steps_before = statistics_.steps;
+  const std::int64_t steps_before = statistics_.steps;
   Outcome outcome = step_past(end);
   if (outcome.ok) outcome = interpolate(end);
   if (!outcome.ok) {

@@ -47,7 +47,7 @@ class Cvode final : public Integrator {
     double time = 0, first_step = 0;
     bool repeated = false;  // not the first of the run
     std::vector<double> y, inputs;
-    long rejected_before = 0;  // statistics
+    std::int64_t rejected_before = 0;  // statistics
   };
   // Whether the next advance restarts CVODE: no, for the first time since the state was set, or again.
   enum class Due : unsigned char { no, first, again };

@@ -60,7 +60,7 @@ bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
   for (StepWork& work : saved.works) work.get(reader);
   get(reader, saved.statistics);
   restart.repeated = saved.repeated != 0;
-  restart.rejected_before = static_cast<long>(saved.rejected_before);
+  restart.rejected_before = saved.rejected_before;
   if (!reader.finished() || !std::isfinite(saved.time) ||
       saved.restart_due > static_cast<unsigned char>(Due::again))
     return false;

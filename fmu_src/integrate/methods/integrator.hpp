@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,11 +11,11 @@
 namespace redysim {
 
 struct Statistics {
-  long steps = 0;        // accepted internal steps
-  long rejected = 0;     // error-test and solver failures
-  long evaluations = 0;  // right-hand sides
-  long jacobians = 0;    // of the right-hand side; 0 for explicit methods
-  long loosened = 0;     // advances in which max_rhs loosened the tolerance
+  std::int64_t steps = 0;        // accepted internal steps
+  std::int64_t rejected = 0;     // error-test and solver failures
+  std::int64_t evaluations = 0;  // right-hand sides
+  std::int64_t jacobians = 0;    // of the right-hand side; 0 for explicit methods
+  std::int64_t loosened = 0;     // advances in which max_rhs loosened the tolerance
   // other CPU time, in right-hand sides of erk: matrix functions; with auto also the overhead of the method
   double other_work = 0;
   double step_size = 0;  // s, last accepted
@@ -66,7 +67,7 @@ class Integrator {
   virtual const char* name() const = 0;
   virtual SolverMethod method() const = 0;  // the method in use; automatic: none
   // Number of decisions so far (changes of the method, loosened tolerances), and the last one for the log.
-  virtual long decisions() const { return statistics().loosened; }
+  virtual std::int64_t decisions() const { return statistics().loosened; }
   virtual std::string last_decision() const { return {}; }
 
   // Appends all data that determine the continuation. After `restore`, in this or another process with the

@@ -135,13 +135,13 @@ class OneStep : public Integrator {
   Statistics statistics_;
 
   // data of the present advance
-  double goal_ = 0;              // its end
-  double end_ = 0;               // goal_ - origin_
-  long allowed_ = 0;             // maximum number of steps of this run
-  long evaluations_before_ = 0;  // right-hand sides before the advance, for max_rhs
-  bool loosened_ = false;        // max_rhs loosened the tolerance
-  double reached_ = 0;           // time of result_ since origin_
-  double farthest_ = 0;          // upper limit of its last step's end since origin_; end_: must not be passed
+  double goal_ = 0;                      // its end
+  double end_ = 0;                       // goal_ - origin_
+  long allowed_ = 0;                     // maximum number of steps of this run
+  std::int64_t evaluations_before_ = 0;  // right-hand sides before the advance, for max_rhs
+  bool loosened_ = false;                // max_rhs loosened the tolerance
+  double reached_ = 0;                   // time of result_ since origin_
+  double farthest_ = 0;  // upper limit of its last step's end since origin_; end_: must not be passed
 
  private:
   // Result of a run: end of the advance reached; allowed steps taken; allowed steps taken and the end of the

@@ -35,24 +35,21 @@ bool matches(ByteReader& reader, const StateHeader& expected) {
 
 namespace {
 
-constexpr long Statistics::*counts[] = {&Statistics::steps, &Statistics::rejected, &Statistics::evaluations,
-                                        &Statistics::jacobians, &Statistics::loosened};
+constexpr std::int64_t Statistics::*counts[] = {&Statistics::steps, &Statistics::rejected,
+                                                &Statistics::evaluations, &Statistics::jacobians,
+                                                &Statistics::loosened};
 constexpr double Statistics::*sizes[] = {&Statistics::step_size, &Statistics::error_estimate,
                                          &Statistics::other_work};
 
 }  // namespace
 
 void put(ByteWriter& writer, const Statistics& statistics) {
-  for (const auto count : counts) writer.put<std::int64_t>(statistics.*count);
+  for (const auto count : counts) writer.put(statistics.*count);
   for (const auto size : sizes) writer.put(statistics.*size);
 }
 
 void get(ByteReader& reader, Statistics& statistics) {
-  for (const auto count : counts) {
-    std::int64_t value = 0;
-    reader.get(value);
-    statistics.*count = static_cast<long>(value);
-  }
+  for (const auto count : counts) reader.get(statistics.*count);
   for (const auto size : sizes) reader.get(statistics.*size);
 }
 

@@ -33,7 +33,7 @@ const char* advice(SolverMethod asked) {
 StepBudget::StepBudget(double begin, double end)
     : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), span_(end - begin), time_(begin) {}
 
-bool StepBudget::is_hopeless(long taken, double time, double end) {
+bool StepBudget::is_hopeless(std::int64_t taken, double time, double end) {
   if (taken - checked_at_ < check_interval || steps_ - taken < smallest_checked) return false;
   const double average_step = (time - time_) / static_cast<double>(taken - checked_at_);
   checked_at_ = taken;
@@ -51,7 +51,7 @@ bool StepBudget::is_too_small_for(double max_step) const {
 }
 
 std::string StepBudget::exceeded(System& system, const char* method, const SolverSettings& settings,
-                                 double time, const double* y, long taken) const {
+                                 double time, const double* y, std::int64_t taken) const {
   const std::string what =
       std::to_string(taken) + " internal steps of " + method + " did not reach the end of the step; ";
   if (is_too_small_for(settings.max_step)) return what + "solver.max_step forbids longer steps: raise it";

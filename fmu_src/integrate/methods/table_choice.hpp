@@ -21,7 +21,7 @@ class TableChoice {
     double remaining;           // length of the rest of the advance, s
     double wanted;              // step size allowed by the tolerance, method in use, s
     double step_limit;          // user's limit, s
-    long steps;                 // accepted steps, from any origin
+    std::int64_t steps;         // accepted steps, from any origin
     double first_slope;         // right-hand sides for the first slope, lower order
     double slopes_a_step;       // right-hand sides of a step, lower order
     bool may_pass_end = false;  // order 8 may pass the end of the advance in its last step

@@ -30,7 +30,7 @@ namespace redysim {
   scales_.assign(integrated_.size() + static_cast<std::size_t>(layout_.actuators()), 1.0);
   angles_.resize(plan.balls.size());
   inputs_.assign(base_size(), 0.0);
-  if (input_layout_.held_motion.count > 0) {
+  if (plan.has_motion()) {
     scratch_inputs_ = inputs_;
     unmoved_.resize(static_cast<std::size_t>(size()));
     sampled_state_ = unmoved_;

@@ -19,7 +19,7 @@ constexpr int most_steps = 2000, patience = 10;
 
 class RestSearch {
  public:
-  RestSearch(System& system, double time, double* y)
+  RestSearch(System& system, const std::vector<double>& scales, double time, double* y)
       : system_(system),
         time_(time),
         y_(y),
@@ -32,9 +32,9 @@ class RestSearch {
         slope_(static_cast<std::size_t>(system.size())),
         before_(slope_),
         step_(count_),
-        scales_(step_.size(), 1.0),
+        scales_(scales),
         pivots_(step_.size()) {
-    std::copy_n(system.scales().begin(), system.simple(), scales_.begin());
+    scales_.resize(step_.size(), 1.0);
     for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
   }
 
@@ -183,7 +183,7 @@ Rest RestSearch::find() {
 
 }  // namespace
 
-Rest find_rest(System& system, double time, double* y) {
+Rest find_rest(System& system, const std::vector<double>& scales, double time, double* y) {
   const Plan<double>& plan = system.plan();
   const System::Coordinates at = system.coordinates(time, y);
   for (int i = 0; i < plan.nv; ++i)
@@ -192,7 +192,7 @@ Rest find_rest(System& system, double time, double* y) {
   if (system.nv() == 0) return {};
   std::vector<double> given(y, y + system.size());
   if (system.actuators()) system.actuators()->rest(true);
-  const Rest rest = RestSearch(system, time, y).find();
+  const Rest rest = RestSearch(system, scales, time, y).find();
   if (system.actuators()) {
     system.actuators()->rest(false);
     system.actuators()->set_rest(y);

@@ -16,7 +16,7 @@ struct Rest {
 // constraints; it is unchanged if no configuration is found. Pseudo-transient continuation (Kelley and Keyes
 // 1998): implicit Euler steps of q' = qdd(q, 0) with exact Jacobians, whose length grows as the accelerations
 // decrease. A step that passes an instability is shortened, so the rest configuration is usually stable.
-// Allocates.
-Rest find_rest(System& system, double time, double* y);
+// `scales`: of the changes of the joints with one degree of freedom (search_scale). Allocates.
+Rest find_rest(System& system, const std::vector<double>& scales, double time, double* y);
 
 }  // namespace redysim

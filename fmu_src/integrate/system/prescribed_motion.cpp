@@ -42,8 +42,8 @@ bool System::follow_jumps(double time, double* y) {
   if (!plan_.has_motion()) return true;
   const bool jumps = jumped();
   const double before = jumps && with_work() ? energy_before_jumps(time, y) : 0;
+  std::copy(y, y + size(), unmoved_.begin());
   if (jumps) {
-    std::copy(y, y + size(), unmoved_.begin());
     respond(time, y, false);
     respond(time, y, true);
   }
@@ -51,7 +51,7 @@ bool System::follow_jumps(double time, double* y) {
   const bool closed = close_loops(time, y) && (!jumps || close_loops(time, y));
   if (jumps && with_work())
     *layout_.work.of(y) += kinetic_energy(time, y) + potential_energy(time, y) - before;
-  if (!jumps || std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return closed;
+  if (closed && std::all_of(y, y + size(), [](double value) { return std::isfinite(value); })) return true;
   std::copy(unmoved_.begin(), unmoved_.end(), y);
   return false;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/assembly/freedom.hpp"
+#include "model/motion_scale.hpp"
 
 namespace redysim {
 
@@ -50,7 +51,13 @@ Start assemble_start(const Model& model, const Parameters<double>& parameters, S
     if (!start.assembly.moved.empty()) system.collect(q.data(), qd.data(), y);
     if (system.actuators()) system.actuators()->set_start(y);
   }
-  if (model.starts_in_equilibrium && start.assembly.closed) start.rest = find_rest(system, time, y);
+  if (model.starts_in_equilibrium && start.assembly.closed) {
+    std::vector<double> scales;
+    for (int k = 0; k < system.simple(); ++k)
+      scales.push_back(search_scale(model, parameters, plan.joints[system.joint_of(k)].link));
+    system.set_scales(model, parameters);
+    start.rest = find_rest(system, scales, time, y);
+  }
   return start;
 }
 

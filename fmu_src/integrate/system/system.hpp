@@ -212,7 +212,7 @@ class System {
         layout_.omega.contains(place) ? plan_.balls[layout_.omega.entry_at(place)] : joint_of(velocity);
   }
   void set_failed_drive(int joint) { failed_joint_ = joint; }  // index into plan().joints
-  long evaluations() const { return evaluations_; }
+  std::int64_t evaluations() const { return evaluations_; }
 
   Workspace<double>& workspace() { return workspace_; }
 
@@ -279,7 +279,7 @@ class System {
   std::vector<double> corrections_;  // C, plan().nv x rows()
   std::vector<double> before_closing_;
   int failed_joint_ = -1;
-  long evaluations_ = 0;
+  std::int64_t evaluations_ = 0;
 };
 
 }  // namespace redysim

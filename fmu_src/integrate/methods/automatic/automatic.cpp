@@ -87,7 +87,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
   const double span = end - time();
   consider_inputs(end, inputs_changed);
   Attempt attempt(*this, end);
-  const long before = statistics_.steps;
+  const std::int64_t before = statistics_.steps;
   unsigned failed = 0;  // bits of the methods that failed at `failed_at`, or with an exhausted budget
   double failed_at = time();
   while (time() < end) {
@@ -100,7 +100,7 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
       continue;
     }
     inputs_changed = false;
-    const long taken = statistics_.steps - attempt.steps_before;
+    const std::int64_t taken = statistics_.steps - attempt.steps_before;
     if (attempt.budget.is_hopeless(taken, time(), end))
       return failure(time(), attempt.budget.hopeless(name()));
     if (attempt.is_over(*this, taken)) {
@@ -137,7 +137,7 @@ bool Automatic::replace_failed(unsigned& failed) {
 Automatic::Attempt::Attempt(const Automatic& of, double end)
     : budget(of.time(), end), steps_before(of.statistics_.steps), work_before(of.work()) {}
 
-bool Automatic::Attempt::is_over(const Automatic& of, long taken) const {
+bool Automatic::Attempt::is_over(const Automatic& of, std::int64_t taken) const {
   const bool is_expensive = is_implicit(of.choice()) && of.work() - work_before > work_limit;
   return !of.is_trial() && (taken > budget.steps() || is_expensive);
 }
@@ -158,7 +158,7 @@ bool Automatic::replace_exhausted(Attempt& attempt, double end) {
 }
 
 // Tries bdf once if an explicit method has taken a large part of the step budget.
-bool Automatic::tries_bdf_late(Attempt& attempt, long taken, double span) {
+bool Automatic::tries_bdf_late(Attempt& attempt, std::int64_t taken, double span) {
   if (attempt.tried_bdf || is_implicit(choice()) || is_trial() ||
       Tuning::explicit_part * taken <= attempt.budget.steps())
     return false;

@@ -50,7 +50,7 @@ class Automatic final : public Integrator {
   const char* name() const override { return current_->name(); }
   SolverMethod method() const override { return current_->method(); }
 
-  long decisions() const override { return decisions_; }
+  std::int64_t decisions() const override { return decisions_; }
   std::string last_decision() const override { return decision_.text(); }
 
   void save(std::vector<unsigned char>& bytes) const override;
@@ -69,10 +69,10 @@ class Automatic final : public Integrator {
   // one in turn; implicit methods, whose steps can be expensive, for at most the work of the shortest part.
   struct Attempt {
     Attempt(const Automatic& of, double end);
-    bool is_over(const Automatic& of, long taken) const;
+    bool is_over(const Automatic& of, std::int64_t taken) const;
 
     StepBudget budget;
-    long steps_before;  // of the instance
+    std::int64_t steps_before;  // of the instance
     double work_before;
     double work_limit = std::numeric_limits<double>::infinity();
     unsigned exhausted = 0;  // bits of the methods that exhausted a budget
@@ -87,7 +87,7 @@ class Automatic final : public Integrator {
   bool replace_failed(unsigned& failed);
   bool replace_exhausted(Attempt& attempt, double end);
   void readmit(unsigned exhausted);
-  bool tries_bdf_late(Attempt& attempt, long taken, double span);
+  bool tries_bdf_late(Attempt& attempt, std::int64_t taken, double span);
   void note_change();
   void consider_inputs(double end, bool changed);
   void consider(double end, double span);
@@ -104,7 +104,7 @@ class Automatic final : public Integrator {
   long pause_of(Choice choice) const {
     return choice == Choice::exponential ? std::min(pause_, Tuning::exponential_between_choices) : pause_;
   }
-  bool is_pause_due(long taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
+  bool is_pause_due(std::int64_t taken) const { return pause_after_ > 0 && taken + pause_ > pause_after_; }
 
   // Costs (account.cpp).
   double work() const;
@@ -162,7 +162,7 @@ class Automatic final : public Integrator {
   Statistics before_;      // of the methods used before current_
   Statistics statistics_;  // of all methods
   Decision decision_;      // the last decision
-  long decisions_ = 0;
+  std::int64_t decisions_ = 0;
 };
 
 }  // namespace redysim
