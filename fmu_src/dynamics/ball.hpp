@@ -95,6 +95,14 @@ Vec3<Scalar> rate_bias(const BallAnglesOf<Scalar>& a, const Vec3<Scalar>& rates)
           -(ct * sp * w + st * cp * v) * u + cp * w * v};
 }
 
+// Rotation vector, in link axes, of a change of a quaternion of any length: vector part of 2 conj(q) dq /
+// |q|^2.
+inline Vec3<double> rotation_vector(const double* quaternion, const double* change) {
+  const Eigen::Map<const Eigen::Vector4d> q(quaternion);
+  const Eigen::Map<const Vec3<double>> v(quaternion + 1), dv(change + 1);
+  return 2 / q.squaredNorm() * (q[0] * dv - change[0] * v - v.cross(dv));
+}
+
 // q' = q (0, omega) / 2 for omega in link axes.
 inline void quaternion_rate(const double* q, const double* omega, double* rate) {
   const double w = q[0], x = q[1], y = q[2], z = q[3], a = omega[0], b = omega[1], c = omega[2];

@@ -73,11 +73,6 @@ Component* instantiate(const Log& log, fmi2String instance_name, fmi2Type type, 
   return make_component(log, std::move(*loaded), model_exchange, functions);
 }
 
-fmi2Status only_for_pending_steps(Instance& instance, Function function) {
-  return instance.refuse(
-      function, "this status exists only while a step is pending; steps of this FMU are synchronous");
-}
-
 }  // namespace
 
 // Replaces libstdc++'s handler, which writes to stderr and would link the symbol demangler.
@@ -280,7 +275,10 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind, fmi2String*) {
   constexpr Function function = Function::get_string_status;
-  return guarded(c, function, [](Instance& i) { return only_for_pending_steps(i, function); });
+  return guarded(c, function, [](Instance& i) {
+    return i.refuse(function,
+                    "this status exists only while a step is pending; steps of this FMU are synchronous");
+  });
 }
 
 // --- model exchange ---

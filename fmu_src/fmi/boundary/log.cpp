@@ -48,8 +48,8 @@ void Log::write(bool on, fmi2Status status, int category, const std::string& tex
   if (on && plain_logger_)
     plain_logger_(environment_, static_cast<fmi3Status>(status), log_categories[category].name, text.c_str());
   if (!on || !logger_) return;
-  // the message is a printf format: percent signs of the text are doubled, so that loggers with and without
-  // formatting show the same text
+  // the message is a printf format: percent signs of the text are doubled; loggers without formatting show
+  // both
   std::string format;
   format.reserve(text.size());
   for (char c : text) {

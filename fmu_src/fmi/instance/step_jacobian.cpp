@@ -147,8 +147,7 @@ std::string StepJacobian::integrate(Transition& transition, double* y) {
   const double* y_end = &step_[2 + size()];
   for (;;) {
     system_.enter_phases(time);
-    const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system_.next_breakpoint(time);
-    const double halt = breakpoint < end - slack ? breakpoint : end;
+    const double halt = next_halt(system_, time, end);
     if (halt != end || time != step_[0]) y_end = nullptr;
     Outcome outcome = transition.advance(time, halt, rtol, y, columns_.data(), y_end);
     if (!outcome.ok) return "step_jacobian: " + outcome.message;
@@ -201,11 +200,7 @@ double StepJacobian::lower(const double* y, const double* column, int coordinate
   if (at.position < 0) return 0;
   if (coordinate >= velocities_) return column[at.velocity];
   if (at.ball < 0) return column[at.position];
-  // vector part of 2 conj(q) dq / |q|^2
-  const double *q = y + at.position, *dq = column + at.position;
-  const Eigen::Map<const Vec3<double>> v(q + 1), dv(dq + 1);
-  const Vec3<double> turn = q[0] * dv - dq[0] * v - v.cross(dv);
-  return 2 * turn[at.axis] / (q[0] * q[0] + v.squaredNorm());
+  return rotation_vector(y + at.position, column + at.position)[at.axis];
 }
 
 Status StepJacobian::by_knowns(double time, const double* y, const DenseJacobian& jacobian, double* columns) {

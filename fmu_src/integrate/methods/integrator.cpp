@@ -48,14 +48,18 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
   return make_of_sundials(system, settings, scratch);
 }
 
+double next_halt(const System& system, double time, double end) {
+  // the remainder after a breakpoint must be a step, not a rounding error
+  const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system.next_breakpoint(time);
+  return breakpoint < end - slack ? breakpoint : end;
+}
+
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed) {
   for (;;) {
     const double time = integrator.time();
     const bool phase_entered = system.enter_phases(time);
     const bool entered = system.enter_samples(time, integrator.state()) || phase_entered;
-    // the remainder after a breakpoint must be a step, not a rounding error
-    const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system.next_breakpoint(time);
-    const double halt = breakpoint < end - slack ? breakpoint : end;
+    const double halt = next_halt(system, time, end);
     const Outcome outcome = integrator.advance(halt, inputs_changed || entered);
     const bool paused = integrator.time() < halt;
     if (!outcome.ok || halt == end || !(halt > time) || paused) return outcome;

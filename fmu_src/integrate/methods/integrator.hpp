@@ -79,6 +79,9 @@ class Integrator {
   long pause_after_ = 0;
 };
 
+// The next breakpoint of the system's trajectories and samples after `time`, at most `end`.
+double next_halt(const System& system, double time, double end);
+
 // Calls Integrator::advance up to each breakpoint of the system's trajectories and samples, then to `end`.
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed);
 inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {

@@ -164,14 +164,11 @@ BallStateChange ball_state_change(const System& system, int ball, const double* 
   quaternion_rate(velocity ? quaternion : unit, velocity ? unit : omega.data(),
                   change.quaternion_rate.data());
 
-  // rotation vector of a change of the quaternion: vector part of 2 conj(q) dq
   Vec3<double> turn = Vec3<double>::Zero(), spin = turn;
   if (velocity) {
     spin[variable - 4] = 1;
   } else {
-    const Eigen::Map<const Vec3<double>> v(quaternion + 1), dv(unit + 1);
-    turn = 2 / Eigen::Map<const Eigen::Vector4d>(quaternion).squaredNorm() *
-           (quaternion[0] * dv - unit[0] * v - v.cross(dv));
+    turn = rotation_vector(quaternion, unit);
   }
   change.angles = angle_rates(angles, turn);
   const BallAnglesOf<Dual> moved{angles.turned, Dual(angles.phi, change.angles[0]),

@@ -24,14 +24,13 @@ BallAngles values_of(const BallAnglesOf<Dual>& angles) {
   return {angles.turned, angles.phi.value, angles.theta.value, angles.psi.value};
 }
 
-// Rotation vector, in link axes, of a change of a quaternion or of angles: 2 conj(q) dq for a unit
-// quaternion.
+// Rotation vector, in link axes, of a change of a quaternion or of angles.
 Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
-  constexpr double rounding = 1e-15;  // for changes of the length only
-  const Vec3<double> v = p.tail<3>(), dv(change + 1);
-  const Vec3<double> turn = p[0] * dv - change[0] * v - v.cross(dv);
-  if (turn.norm() <= rounding * p.norm() * std::hypot(change[0], dv.norm())) return Vec3<double>::Zero();
-  return 2 / p.squaredNorm() * turn;
+  constexpr double rounding = 2e-15;  // for changes of the length only
+  const Vec3<double> turn = rotation_vector(p.data(), change);
+  const bool is_rounding =
+      turn.norm() * p.norm() <= rounding * Eigen::Map<const Eigen::Vector4d>(change).norm();
+  return is_rounding ? Vec3<double>::Zero() : turn;
 }
 Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
   const Vec3<double> change(angles.phi.derivative, angles.theta.derivative, angles.psi.derivative);
