@@ -100,6 +100,35 @@ def test_the_pendulum_comes_to_rest_on_its_stop(fmu, method):
     assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
 
 
+# a slow oscillation of 0.1 m into a stop at 0.05 m, or through a play of 0.0975 m; beside it a free vibration of 1e4 rad/s
+SWING = """name = "swing"
+gravity = [0, 0, 0]
+link = [
+  {name = "x", joint = "prismatic", mass = 1, stiffness = 100, qd = 1%s},
+  {name = "y", joint = "prismatic", mass = 0.01, stiffness = 1e6, q = 1e-5},
+  {name = "z", parent = "ground", joint = "prismatic", mass = 1, stiffness = 37},
+]
+%s
+"""
+STOP = ", upper = 0.05, stop_stiffness = 1e5, stop_width = 1e-4"
+PLAY = '[[coupling]]\nname = "c"\njoints = ["x", "z"]\nratios = [1, -1]\nstiffness = 1e5\nbacklash = 0.195\nwidth = 1e-4'
+
+
+@pytest.mark.parametrize(("stop", "play", "end"), [(STOP, "", -0.0119790), ("", PLAY, -0.007059)])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+def test_auto_does_not_step_over_stops_and_backlash(built, stop, play, end, rtol):
+    """Ends computed by DOP853 of the two or three equations of motion, with the force law of the pages."""
+    with Slave(built(SWING % (stop, play))) as slave:
+        slave.initialize(start={"solver.rtol": rtol}).run(4, 0.4)
+        assert slave.get("x.q") == pytest.approx(end, abs=2e-6 if rtol < 1e-9 else 1e-4), slave.get("solver.active")
+
+
+def test_exponential_warns_of_stops(built):
+    with Slave(built(SWING % (STOP, "")), logging=True) as slave:
+        slave.initialize(start={"solver.method": "exponential"})
+        assert any("may pass stops" in message for *_, message in slave.messages)
+
+
 MOTOR = """name = "motor"
 link = [{name = "a", mass = 70, com = [1, 0, 0], alpha = 1.5707963267948966, static_friction = 36}]
 [[actuator]]

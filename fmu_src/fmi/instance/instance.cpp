@@ -6,6 +6,7 @@
 #include "fmi/boundary/arrays.hpp"
 #include "fmi/boundary/assembly_messages.hpp"
 #include "fmi/instance/contact_warnings.hpp"
+#include "integrate/methods/force_corners.hpp"
 #include "integrate/system/start.hpp"
 #include "model/number.hpp"
 #include "model/solver_methods.hpp"
@@ -90,6 +91,7 @@ fmi2Status Instance::exit_initialization_mode() {
                (simulation_.model_exchange ? "" : ", rtol " + shown(simulation_.integrator_settings.rtol)));
   report_drives();
   report_contacts();
+  report_corners();
   return fmi2OK;
 }
 
@@ -281,6 +283,15 @@ void Instance::report_contacts() {
   for (const ContactWarning& warning :
        contact_warnings(simulation_.model, simulation_.plan, simulation_.system.workspace()))
     log_.warning(warning.sentence);
+}
+
+// A step of `exponential` lasts many periods of a vibration; corners of forces within it remain unnoticed.
+void Instance::report_corners() {
+  if (simulation_.model_exchange || simulation_.integrator->method() != SolverMethod::exponential) return;
+  if (has_any_corners(simulation_.system))
+    log_.warning(
+        "method exponential may pass stops, friction, backlash, contacts and limits of actuators within a "
+        "step: compare with shorter communication steps, or use auto");
 }
 
 void Instance::report_unset_motion() {

@@ -104,6 +104,7 @@ class Instance {
   std::string start_integrator();
   void report_drives();
   void report_contacts();
+  void report_corners();
   void report_unset_motion();
   std::string failed_step(const Outcome& outcome);
   bool inputs_have_changed();

@@ -106,6 +106,12 @@ bool has_only_stops(const System& system) {
   return found;
 }
 
+bool has_any_corners(const System& system) {
+  bool found = has_corners(system) || system.plan().has_contacts();
+  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
+  return found;
+}
+
 double time_to_corner(const System& system, const double* y, const double* slope) {
   double earliest = never;
   for (int i = 0; i < system.simple(); ++i) {
@@ -122,9 +128,7 @@ double time_to_corner(const System& system, const double* y, const double* slope
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {
-  watches_ = has_corners(system) || system.plan().has_contacts();
-  each_actuator(system,
-                [this](const Actuators& of, int k) { watches_ = watches_ || of.law(k).has_limits(); });
+  watches_ = has_any_corners(system);
   if (watches_) of_state_ = regions_of_state(system, time, y);
 }
 

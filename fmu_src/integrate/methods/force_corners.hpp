@@ -13,7 +13,8 @@ namespace redysim {
 bool has_backlash(const System& system);
 // Stops, friction and backlash, at which steps of order 8 are often rejected.
 bool has_corners(const System& system);
-bool has_only_stops(const System& system);  // neither friction nor backlash
+bool has_only_stops(const System& system);   // neither friction nor backlash
+bool has_any_corners(const System& system);  // also contacts and limits of actuators
 
 // Time, s, until a joint reaches a corner of its stop or friction force, at constant accelerations; infinity:
 // never. `slope`: time derivative of the state y.

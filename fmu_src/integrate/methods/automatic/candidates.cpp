@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "integrate/methods/automatic/automatic.hpp"
+#include "integrate/methods/force_corners.hpp"
 #include "integrate/methods/phi_functions.hpp"
 
 // Selects a method that promises to be cheaper than the one in use.
@@ -112,8 +113,8 @@ Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
 // Whether undamped vibrations, much faster than the communication steps, limit the steps of the other
 // methods.
 bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
-  // with contacts, the motion is not a free vibration
-  if (choice() == Choice::exponential || !may_try(Choice::exponential) || system_.plan().has_contacts())
+  // a step over many periods would pass corners within it
+  if (choice() == Choice::exponential || !may_try(Choice::exponential) || has_any_corners(system_))
     return false;
   if (radius * outlook.span < Tuning::fast_vibration || step() * radius > Tuning::bound_by_vibration)
     return false;
