@@ -25,6 +25,18 @@ void each_actuator(const System& system, Visit visit) {
   for (int k = 0; actuators && k < actuators->size(); ++k) visit(*actuators, k);
 }
 
+// Maximum of the cubic polynomial p on [0, 1] with p(0) = 0, p(1) = end and slopes of opposite sign, the
+// first positive.
+double farthest_between(double first_slope, double last_slope, double end) {
+  const double a = 3 * (first_slope + last_slope - 2 * end),
+               b = 6 * end - 4 * first_slope - 2 * last_slope;  // p' = first_slope + b s + a s^2
+  const double root = std::sqrt(std::max(0.0, b * b - 4 * a * first_slope));
+  // without cancellation; p' decreases through zero
+  const double s = b < 0 ? 2 * first_slope / (root - b) : (-b - root) / (2 * a);
+  return s * (first_slope + s * (b / 2 + s * a / 3));
+}
+constexpr double error_of_turn = 0.05;  // of this maximum, relative to its distance from both ends
+
 // Combines the regions of several force laws into one code.
 struct Regions {
   std::uint64_t code = 0;
@@ -125,6 +137,21 @@ double time_to_corner(const System& system, const double* y, const double* slope
     }
   }
   return earliest;
+}
+
+bool grazes_stop(const System& system, const double* y, const double* end, double h, const double* weights) {
+  for (int i = 0; i < system.simple(); ++i) {
+    const int joint = system.joint_of(i), position = system.layout().q[i], rate = system.layout().qd[i];
+    if (!system.plan().joints[joint].has_stops || !(y[rate] * end[rate] < 0)) continue;
+    const Resistance<double>& of = system.plan().resistances[joint];
+    const double side = y[rate] > 0 ? 1 : -1, limit = y[rate] > 0 ? of.upper : -of.lower;
+    const double from = side * y[position], to = side * end[position];
+    const double farthest = from + farthest_between(h * side * y[rate], h * side * end[rate], to - from);
+    const double turn = farthest - std::max(from, to);
+    if (std::max(from, to) < limit && farthest + error_of_turn * turn > limit + 1 / weights[position])
+      return true;
+  }
+  return false;
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {

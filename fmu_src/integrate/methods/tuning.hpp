@@ -114,7 +114,7 @@ struct Tuning {
   static constexpr double corners_rtol = 1e-9, short_of_corners = 0.5, far_from_stops = 10;
   static constexpr double share_of_gap = 0.8;  // part of the time to a corner that a step of order 8 may take
   // For a step with a corner: the error estimate is multiplied by doubt_of_corner, since it may be small by
-  // chance. A step that ends beyond the advance is halved (error_of_corner).
+  // chance. A step that ends beyond the advance, or whose stages miss a stop, is shortened (error_of_corner).
   static constexpr double doubt_of_corner = 100, error_of_corner = 256;
 
   static constexpr double eighth_stages = 12, polynomial_stages = 3;
