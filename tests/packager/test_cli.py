@@ -96,7 +96,7 @@ def test_sentences(compiled, tmp_path, arguments, sentence):
         (["simulate", "{fmu}", "--start", "pivot.q0=1", "pivot.q0=2"], "duplicate start value of 'pivot.q0'"),
         (["simulate", "{fmu}", "--start", "pivot.q0=cot(1)"], "start value of 'pivot.q0': 'cot(1)': unknown function 'cot'"),
         (["simulate", "{fmu}", "--start", "pivot.q0=1+t"], "start value of 'pivot.q0': '1+t' depends on t, but must be constant"),
-        (["modes", "{model}", "--start", "pivot.q0=t"], "start value of 'pivot.q0': 't' depends on t, but must be constant"),
+        (["modes", "{model}", "--start", "pivot.q0=t"], "parameter 'pivot.q0': 't' depends on t, but must be constant"),
         (["equilibrium", "{model}", "--input", "pivot.tau=t"], "input 'pivot.tau': 't' depends on t, but must be constant"),
         (["linearise", "{model}", "--input", "i.csv"], "'i.csv' is not a constant input: write NAME=VALUE"),
         (["simulate", "{fmu}", "--csv", "-", "--json"], "both write to stdout"),

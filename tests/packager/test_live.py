@@ -205,12 +205,12 @@ def test_without_the_library_one_sentence_says_how_to_get_it(tmp_path, capsys, m
     monkeypatch.delenv("REDYSIM_FMU_LIBRARY_WASM", raising=False)
     monkeypatch.setattr(native, "SOURCE_TREE", tmp_path)
     monkeypatch.setattr(native, "PACKAGE", tmp_path)
-    for words, sentence in (
-        (["arm.toml"], "'libredysim_fmu.wasm': build it with `make wasm`"),
-        (["run.csv"], "--live requires a model file or an FMU"),
-        (["arm.toml", "--input", "arm.tau=1"], "sliders set the inputs"),
+    for words, sentence, code in (
+        (["arm.toml"], "'libredysim_fmu.wasm': build it with `make wasm`", 1),
+        (["run.csv"], "--live requires a model file or an FMU", 1),
+        (["arm.toml", "--input", "arm.tau=1"], "sliders set the inputs", 2),
     ):
-        assert main(["show", "--live", *(str(tmp_path / w) if "." in w and "=" not in w else w for w in words)]) == 1
+        assert main(["show", "--live", *(str(tmp_path / w) if "." in w and "=" not in w else w for w in words)]) == code
         said = capsys.readouterr().err
         assert sentence in said and len(said.strip().splitlines()) == 1
 
