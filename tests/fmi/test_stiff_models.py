@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -123,15 +124,21 @@ def test_auto_does_not_step_over_stops_and_backlash(built, stop, play, end, rtol
         assert slave.get("x.q") == pytest.approx(end, abs=2e-6 if rtol < 1e-9 else 1e-4), slave.get("solver.active")
 
 
-@pytest.mark.parametrize("depth", [1e-3, 3e-4])
+@pytest.mark.parametrize(("what", "depth"), [("stop", 1e-3), ("stop", 3e-4), ("coupling", 1e-4)])
 @pytest.mark.parametrize("step", [0.4, 0.01])
 @pytest.mark.parametrize("method", ["erk", "auto"])
-def test_a_short_touch_of_a_stop_is_noticed(built, depth, step, method):
-    """The oscillation passes the stop by a small part of its amplitude, in a few ms; steps are ten times as long."""
+def test_a_short_touch_is_noticed(built, what, depth, step, method):
+    """The oscillation passes a stop or the end of a play by a small part of its amplitude, in a few ms; steps are ten times as long."""
+    reach = 0.1 * (1 - depth)
+    parts = {
+        "stop": (STOP.replace("0.05", f"{reach}").replace("1e-4", "1e-5"), ""),
+        "coupling": ("", PLAY.replace("0.195", f"{2 * reach}").replace("1e-4", "1e-5")),
+    }
+    without_vibration = re.sub(r'  .name = "y".*\n', "", SWING % parts[what])
     ends = []
     for rtol in (1e-6, 1e-8, 1e-12):
-        with Slave(built(SWING % (STOP.replace("0.05", f"{0.1 * (1 - depth)}").replace("1e-4", "1e-5"), ""))) as slave:
-            slave.initialize(start={"y.q0": 0.0, "solver.rtol": rtol, "solver.method": method}).run(4, step)
+        with Slave(built(without_vibration)) as slave:
+            slave.initialize(start={"solver.rtol": rtol, "solver.method": method}).run(4, step)
             ends.append(slave.get("x.q"))
     # without the touch: 0.1 sin(40)
     assert abs(ends[2] - 0.1 * math.sin(40)) > 1e-3

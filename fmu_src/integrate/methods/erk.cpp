@@ -203,10 +203,9 @@ double Erk::attempt_error(double h) {
     error = std::max(error,
                      Tuning::worth_of_last_term * error_weights_.norm(steps_.last_term(), weights_.data()));
   }
-  if (!corners_.crosses(system_, absolute(reached_ + h), candidate_))
-    return grazes_stop(system_, result_, candidate_, h, weights_.data())
-               ? std::max(error, Tuning::error_of_corner)
-               : error;
+  const StepEnd begin{absolute(reached_), result_}, end{absolute(reached_ + h), candidate_};
+  if (!corners_.crosses(system_, end.time, end.y))
+    return grazes(system_, begin, end, weights_.data()) ? std::max(error, Tuning::error_of_corner) : error;
   return passes ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 

@@ -37,6 +37,22 @@ double farthest_between(double first_slope, double last_slope, double end) {
 }
 constexpr double error_of_turn = 0.05;  // of this maximum, relative to its distance from both ends
 
+// A coordinate and its rate.
+struct Moving {
+  double value, rate;
+};
+
+// Whether a coordinate inside (low, high) at both ends of a step of h s leaves this interval by more than the
+// tolerance in between.
+bool leaves_between(const Moving& begin, const Moving& end, double h, double low, double high,
+                    double tolerance) {
+  if (!(begin.rate * end.rate < 0)) return false;
+  const double side = begin.rate > 0 ? 1 : -1, limit = begin.rate > 0 ? high : -low;
+  const double from = side * begin.value, to = side * end.value, last = std::max(from, to);
+  const double farthest = from + farthest_between(h * side * begin.rate, h * side * end.rate, to - from);
+  return last < limit && farthest + error_of_turn * (farthest - last) > limit + tolerance;
+}
+
 // Combines the regions of several force laws into one code.
 struct Regions {
   std::uint64_t code = 0;
@@ -96,6 +112,48 @@ std::uint64_t regions_of_evaluation(System& system, double time, const double* y
   return regions.code;
 }
 
+Moving sum_of(const ElasticCouplingPlan& coupling, const System::Coordinates& at) {
+  return {coupling_sum(coupling, at.q, coupling.offset), coupling_sum(coupling, at.qd, 0.0)};
+}
+
+double tolerance_of(const System& system, const ElasticCouplingPlan& coupling, const double* weights) {
+  double tolerance = 0;
+  for (int i = 0; i < system.simple(); ++i)
+    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
+      if (coupling.joints[k] == system.joint_of(i))
+        tolerance += std::fabs(coupling.ratios[k]) / weights[system.layout().q[i]];
+  return tolerance;
+}
+
+Moving twist_of(System& system, const Actuators& actuators, int k, const StepEnd& end) {
+  const System::Coordinates at = system.coordinates(end.time, end.y);
+  const int joint = actuators.joint(k);
+  const double ratio = actuators.law(k).gear_ratio;
+  const auto places = actuators.places(k);
+  return {end.y[places.motor_q] / ratio - at.q[joint], end.y[places.motor_qd] / ratio - at.qd[joint]};
+}
+
+// The same as `grazes` for the play of couplings and gears.
+bool grazes_play(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) {
+  const double h = end.time - begin.time;
+  bool found = false;
+  for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings) {
+    if (!(coupling.half_play > 0)) continue;
+    const Moving before = sum_of(coupling, system.coordinates(begin.time, begin.y)),
+                 after = sum_of(coupling, system.coordinates(end.time, end.y));
+    found = found || leaves_between(before, after, h, -coupling.half_play, coupling.half_play,
+                                    tolerance_of(system, coupling, weights));
+  }
+  each_actuator(system, [&](const Actuators& of, int k) {
+    if (!of.law(k).has_backlash()) return;
+    const Moving before = twist_of(system, of, k, begin), after = twist_of(system, of, k, end);
+    const double play = gear_law(of.law(k)).half_play;
+    const double tolerance = 1 / (weights[of.places(k).motor_q] * std::fabs(of.law(k).gear_ratio));
+    found = found || leaves_between(before, after, h, -play, play, tolerance);
+  });
+  return found;
+}
+
 }  // namespace
 
 bool has_backlash(const System& system) {
@@ -139,19 +197,17 @@ double time_to_corner(const System& system, const double* y, const double* slope
   return earliest;
 }
 
-bool grazes_stop(const System& system, const double* y, const double* end, double h, const double* weights) {
+bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) {
+  const StateLayout& layout = system.layout();
   for (int i = 0; i < system.simple(); ++i) {
-    const int joint = system.joint_of(i), position = system.layout().q[i], rate = system.layout().qd[i];
-    if (!system.plan().joints[joint].has_stops || !(y[rate] * end[rate] < 0)) continue;
+    const int joint = system.joint_of(i), position = layout.q[i], rate = layout.qd[i];
+    if (!system.plan().joints[joint].has_stops) continue;
     const Resistance<double>& of = system.plan().resistances[joint];
-    const double side = y[rate] > 0 ? 1 : -1, limit = y[rate] > 0 ? of.upper : -of.lower;
-    const double from = side * y[position], to = side * end[position];
-    const double farthest = from + farthest_between(h * side * y[rate], h * side * end[rate], to - from);
-    const double turn = farthest - std::max(from, to);
-    if (std::max(from, to) < limit && farthest + error_of_turn * turn > limit + 1 / weights[position])
+    if (leaves_between({begin.y[position], begin.y[rate]}, {end.y[position], end.y[rate]},
+                       end.time - begin.time, of.lower, of.upper, 1 / weights[position]))
       return true;
   }
-  return false;
+  return has_backlash(system) && grazes_play(system, begin, end, weights);
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {

@@ -20,10 +20,14 @@ bool has_any_corners(const System& system);  // also contacts and limits of actu
 // never. `slope`: time derivative of the state y.
 double time_to_corner(const System& system, const double* y, const double* slope);
 
-// Whether a joint reaches a stop within a step of h s from y to `end` and leaves it again, by the cubic
-// polynomial through positions and velocities. `weights` of the state: a depth below the tolerance does not
-// count.
-bool grazes_stop(const System& system, const double* y, const double* end, double h, const double* weights);
+// Whether a joint reaches a stop, or a coupling or gear the end of its play, within a step and leaves it
+// again, by the cubic polynomial through positions and velocities. `weights` of the state: a depth below the
+// tolerance does not count.
+struct StepEnd {
+  double time;
+  const double* y;
+};
+bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights);
 
 // Detects whether a step crosses a corner. Stages count, too: a corner may be entered and left within a step.
 class CornerWatch {
