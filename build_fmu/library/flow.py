@@ -30,12 +30,8 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
         time = equations.next_event
         raise UserError(f"a trajectory changes at t = {time:g} s, inside the step of {h:g} s: use a shorter step")
     before, count = None, 1
-    equations.slope(x, u)
     while count <= MOST_INTERVALS:
-        try:
-            now = _derivative(equations, x, u, h, count)
-        except (UserError, np.linalg.LinAlgError):
-            now = None  # a stage is out of reach: shorter intervals may succeed
+        now = _derivative(equations, x, u, h, count)
         if now is not None:
             if before is not None and abs(now - before).max(initial=0) <= ACCURACY * abs(now).max(initial=0):
                 return now[:, : len(x)], now[:, len(x) :]
@@ -45,12 +41,15 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
 
 
 def _derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: float, count: int) -> np.ndarray | None:
-    """Returns [A, B] with `count` intervals, or None if Newton's iteration fails."""
+    """Returns [A, B] with `count` intervals, or None if Newton's iteration or a stage fails."""
     n, total = len(x), np.hstack([np.eye(len(x)), np.zeros((len(x), len(u)))])
     slope = np.tile(equations.slope(x, u), (3, 1))
     step = h / count
     for k in range(count):
-        found = _interval(equations, x, u, k * step + step * TIMES, step, slope)
+        try:
+            found = _interval(equations, x, u, k * step + step * TIMES, step, slope)
+        except (UserError, np.linalg.LinAlgError):
+            return None  # a stage is out of reach: shorter intervals may succeed
         if found is None:
             return None
         slope, by_state, by_input = found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -101,16 +100,16 @@ def test_the_pendulum_comes_to_rest_on_its_stop(fmu, method):
     assert np.abs(table["energy.balance"]).max() < 1e-5 * table["energy.kinetic"].max()
 
 
-# a slow oscillation of 0.1 m into a stop at 0.05 m, or through a play of 0.0975 m; beside it a free vibration of 1e4 rad/s
+# a slow oscillation of 0.1 m into a stop at 0.05 m, or through a play of 0.0975 m; with or without a free vibration of 1e4 rad/s
 SWING = """name = "swing"
 gravity = [0, 0, 0]
 link = [
   {name = "x", joint = "prismatic", mass = 1, stiffness = 100, qd = 1%s},
-  {name = "y", joint = "prismatic", mass = 0.01, stiffness = 1e6, q = 1e-5},
-  {name = "z", parent = "ground", joint = "prismatic", mass = 1, stiffness = 37},
+%s  {name = "z", parent = "ground", joint = "prismatic", mass = 1, stiffness = 37},
 ]
 %s
 """
+VIBRATION = '  {name = "y", joint = "prismatic", mass = 0.01, stiffness = 1e6, q = 1e-5},\n'
 STOP = ", upper = 0.05, stop_stiffness = 1e5, stop_width = 1e-4"
 PLAY = '[[coupling]]\nname = "c"\njoints = ["x", "z"]\nratios = [1, -1]\nstiffness = 1e5\nbacklash = 0.195\nwidth = 1e-4'
 
@@ -119,7 +118,7 @@ PLAY = '[[coupling]]\nname = "c"\njoints = ["x", "z"]\nratios = [1, -1]\nstiffne
 @pytest.mark.parametrize("rtol", [1e-6, 1e-10])
 def test_auto_does_not_step_over_stops_and_backlash(built, stop, play, end, rtol):
     """Ends computed by DOP853 of the two or three equations of motion, with the force law of the pages."""
-    with Slave(built(SWING % (stop, play))) as slave:
+    with Slave(built(SWING % (stop, VIBRATION, play))) as slave:
         slave.initialize(start={"solver.rtol": rtol}).run(4, 0.4)
         assert slave.get("x.q") == pytest.approx(end, abs=2e-6 if rtol < 1e-9 else 1e-4), slave.get("solver.active")
 
@@ -131,13 +130,12 @@ def test_a_short_touch_is_noticed(built, what, depth, step, method):
     """The oscillation passes a stop or the end of a play by a small part of its amplitude, in a few ms; steps are ten times as long."""
     reach = 0.1 * (1 - depth)
     parts = {
-        "stop": (STOP.replace("0.05", f"{reach}").replace("1e-4", "1e-5"), ""),
-        "coupling": ("", PLAY.replace("0.195", f"{2 * reach}").replace("1e-4", "1e-5")),
+        "stop": (STOP.replace("0.05", f"{reach}").replace("1e-4", "1e-5"), "", ""),
+        "coupling": ("", "", PLAY.replace("0.195", f"{2 * reach}").replace("1e-4", "1e-5")),
     }
-    without_vibration = re.sub(r'  .name = "y".*\n', "", SWING % parts[what])
     ends = []
     for rtol in (1e-6, 1e-8, 1e-12):
-        with Slave(built(without_vibration)) as slave:
+        with Slave(built(SWING % parts[what])) as slave:
             slave.initialize(start={"solver.rtol": rtol, "solver.method": method}).run(4, step)
             ends.append(slave.get("x.q"))
     # without the touch: 0.1 sin(40)
@@ -146,7 +144,7 @@ def test_a_short_touch_is_noticed(built, what, depth, step, method):
 
 
 def test_exponential_warns_of_stops(built):
-    with Slave(built(SWING % (STOP, "")), logging=True) as slave:
+    with Slave(built(SWING % (STOP, VIBRATION, "")), logging=True) as slave:
         slave.initialize(start={"solver.method": "exponential"})
         assert any("may pass stops" in message for *_, message in slave.messages)
 

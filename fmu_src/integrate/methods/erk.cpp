@@ -205,7 +205,8 @@ double Erk::attempt_error(double h) {
   }
   const StepEnd begin{absolute(reached_), result_}, end{absolute(reached_ + h), candidate_};
   if (!corners_.crosses(system_, end.time, end.y))
-    return grazes(system_, begin, end, weights_.data()) ? std::max(error, Tuning::error_of_corner) : error;
+    return corners_.grazes(system_, begin, end, weights_.data()) ? std::max(error, Tuning::error_of_corner)
+                                                                 : error;
   return passes ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 

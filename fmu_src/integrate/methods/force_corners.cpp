@@ -78,6 +78,12 @@ Gaps gaps_of(const System& system, int i, const double* y) {
   return gaps;
 }
 
+// Twist of the gear of actuator k for the position of its motor and those of all joints, or its rate for
+// their velocities.
+double twist(const Actuators& actuators, int k, double motor, const double* joints) {
+  return motor / actuators.law(k).gear_ratio - joints[actuators.joint(k)];
+}
+
 std::uint64_t regions_of_state(System& system, double time, const double* y) {
   Regions regions;
   for (int i = 0; i < system.simple(); ++i) {
@@ -94,8 +100,7 @@ std::uint64_t regions_of_state(System& system, double time, const double* y) {
   each_actuator(system, [&](const Actuators& actuators, int k) {
     const Actuator& law = actuators.law(k);
     if (law.has_backlash())
-      regions.append(
-          gear_law(law).region(y[actuators.places(k).motor_q] / law.gear_ratio - at.q[actuators.joint(k)]));
+      regions.append(gear_law(law).region(twist(actuators, k, y[actuators.places(k).motor_q], at.q)));
   });
   return regions.code;
 }
@@ -127,13 +132,12 @@ double tolerance_of(const System& system, const ElasticCouplingPlan& coupling, c
 
 Moving twist_of(System& system, const Actuators& actuators, int k, const StepEnd& end) {
   const System::Coordinates at = system.coordinates(end.time, end.y);
-  const int joint = actuators.joint(k);
-  const double ratio = actuators.law(k).gear_ratio;
   const auto places = actuators.places(k);
-  return {end.y[places.motor_q] / ratio - at.q[joint], end.y[places.motor_qd] / ratio - at.qd[joint]};
+  return {twist(actuators, k, end.y[places.motor_q], at.q),
+          twist(actuators, k, end.y[places.motor_qd], at.qd)};
 }
 
-// The same as `grazes` for the play of couplings and gears.
+// CornerWatch::grazes for the play of couplings and gears.
 bool grazes_play(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) {
   const double h = end.time - begin.time;
   bool found = false;
@@ -197,7 +201,9 @@ double time_to_corner(const System& system, const double* y, const double* slope
   return earliest;
 }
 
-bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) {
+bool CornerWatch::grazes(System& system, const StepEnd& begin, const StepEnd& end,
+                         const double* weights) const {
+  if (!watches_) return false;
   const StateLayout& layout = system.layout();
   for (int i = 0; i < system.simple(); ++i) {
     const int joint = system.joint_of(i), position = layout.q[i], rate = layout.qd[i];

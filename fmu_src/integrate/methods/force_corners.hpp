@@ -20,14 +20,10 @@ bool has_any_corners(const System& system);  // also contacts and limits of actu
 // never. `slope`: time derivative of the state y.
 double time_to_corner(const System& system, const double* y, const double* slope);
 
-// Whether a joint reaches a stop, or a coupling or gear the end of its play, within a step and leaves it
-// again, by the cubic polynomial through positions and velocities. `weights` of the state: a depth below the
-// tolerance does not count.
 struct StepEnd {
   double time;
   const double* y;
 };
-bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights);
 
 // Detects whether a step crosses a corner. Stages count, too: a corner may be entered and left within a step.
 class CornerWatch {
@@ -40,6 +36,10 @@ class CornerWatch {
   void note(System& system, double time, const double* y);
   // Whether the attempt, which ends at this state, crosses a corner.
   bool crosses(System& system, double time, const double* y) const;
+  // Whether a joint reaches a stop, or a coupling or gear the end of its play, within a step and leaves it
+  // again, by the cubic polynomial through positions and velocities. `weights` of the state: a depth below
+  // the tolerance does not count.
+  bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) const;
 
  private:
   bool watches_ = false, noted_ = false, crosses_ = false;
