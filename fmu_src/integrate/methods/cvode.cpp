@@ -141,6 +141,7 @@ void Cvode::each_work(double* y, const Visit& visit) {
 bool Cvode::restart(double time, const double* y, bool repeated) {
   restart_.repeated = repeated;
   restart_.time = time;
+  restart_.touch = 0;
   std::copy_n(y, y_.size(), restart_.y.begin());
   restart_.inputs = system_.inputs();
   restart_.rejected_before = statistics_.rejected;
@@ -166,13 +167,27 @@ void Cvode::reset_cvode() {
   if (!system_.searched().empty()) system_.searched()[0] = NAN;
 }
 
-Outcome Cvode::restart_between_steps() {
-  const double time = absolute(ahead_time_);
-  std::copy_n(data(ahead_), y_.size(), data(error_));
+// Restarts at the state y of a step's end, without the errors of loops and of the method's work.
+Outcome Cvode::restart_between_steps(double time, const double* y) {
+  std::copy_n(y, y_.size(), data(error_));
   each_work(data(error_), [](StepWork& work, double& value, auto& power) { value = work.end(power); });
   if (system_.project(time, data(error_), nullptr) != Status::ok) return failure(time, reasons::loops_open);
   if (!restart(time, data(error_), true)) return failure(time, reasons::not_finite);
   return {};
+}
+
+// Whether the last step misses a short touch of a stop or of the end of a play: then CVODE restarts at its
+// start and will end a step at the touch. The first step after a restart, the shortest possible, is kept.
+bool Cvode::returns_to_touch(Outcome& outcome) {
+  if (!corners_.watches() || steps_taken_ == 1) return false;
+  error_weights_.evaluate(data(ahead_), data(weights_));
+  const double touch =
+      corners_.time_of_short_touch(system_, absolute(ahead_time_), data(ahead_), data(weights_));
+  if (!std::isfinite(touch)) return false;
+  ++statistics_.rejected;
+  outcome = restart_between_steps(corners_.begin_time(), corners_.begin_state());
+  restart_.touch = touch - restart_.time;
+  return true;
 }
 
 // End of the next step, in CVODE's time, for a step size of at most `step`. Steps end at the breakpoints of
@@ -202,12 +217,13 @@ double Cvode::next_step() const {
   return (steps_taken_ == 1 ? growth_of_first_step : growth) * step;
 }
 
-// Stops the next step where it would miss a contact or a prescribed motion.
+// Stops the next step where it would miss a contact, a short touch of a stop or a prescribed motion.
 void Cvode::set_stop() {
   const bool touches = system_.plan().has_contacts();
-  if (!touches && !system_.control()) return;
+  if (!touches && !system_.control() && restart_.touch == 0) return;
   const double step = next_step(), planned = ahead_time_ + step;
   double end = system_.control() ? end_of_step(step) : planned;
+  if (restart_.touch > ahead_time_) end = std::min(end, restart_.touch);
   if (touches) {
     const double h = end - ahead_time_,
                  touch = system_.step_to_touch(absolute(ahead_time_), data(ahead_), h, false);
@@ -263,14 +279,20 @@ Outcome Cvode::step_past(double& end) {
     if (step == budget.steps())
       return failure(now, budget.exceeded(system_, name(), settings_, now, data(ahead_), step));
     if (steps_taken_ == steps_between_restarts) {
-      Outcome outcome = restart_between_steps();
+      Outcome outcome = restart_between_steps(now, data(ahead_));
       if (!outcome.ok) return outcome;
     }
     each_work(data(ahead_), [](StepWork& work, double&, auto& power) { work.end(power); });
     const double before = ahead_time_;
+    corners_.begin(system_, absolute(before), data(ahead_));
     const int flag = take_step();
     if (flag < 0) return failed(flag);
     if (!(ahead_time_ > before)) return failure(absolute(before), reasons::step_too_small);
+    Outcome outcome;
+    if (returns_to_touch(outcome)) {
+      if (!outcome.ok) return outcome;
+      continue;
+    }
     count_step();
     count_work(before);
   }

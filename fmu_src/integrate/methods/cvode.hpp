@@ -1,5 +1,6 @@
 #pragma once
 
+#include "integrate/methods/force_corners.hpp"
 #include "integrate/methods/methods.hpp"
 #include "integrate/methods/shared_scratch.hpp"
 #include "integrate/methods/step_work.hpp"
@@ -45,6 +46,7 @@ class Cvode final : public Integrator {
   // State from which CVODE restarts.
   struct Restart {
     double time = 0, first_step = 0;
+    double touch = 0;       // s since the restart: a short touch, at which a step ends; 0: none
     bool repeated = false;  // not the first of the run
     std::vector<double> y, inputs;
     std::int64_t rejected_before = 0;  // statistics
@@ -68,7 +70,8 @@ class Cvode final : public Integrator {
   double since_restart(double end) const;
   bool restart(double time, const double* y, bool repeated);
   void reset_cvode();
-  Outcome restart_between_steps();
+  Outcome restart_between_steps(double time, const double* y);
+  bool returns_to_touch(Outcome& outcome);
   Outcome step_past(double& end);
   void set_stop();
   double next_step() const;
@@ -109,6 +112,7 @@ class Cvode final : public Integrator {
   std::vector<StepWork> works_;   // total, contacts; empty: the method's own integrals suffice
   Statistics statistics_;
 
+  CornerWatch corners_;
   std::vector<double> slope_;  // f at the restart
   bool slope_known_ = false;   // the next call of right_hand_side returns slope_
   bool stopped_ = false;       // the last step ended at the stop time

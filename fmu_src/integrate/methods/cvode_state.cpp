@@ -26,6 +26,7 @@ void Cvode::save(std::vector<unsigned char>& bytes) const {
   writer.put(static_cast<unsigned char>(restart_due_));
   writer.put(restart_.time);
   writer.put(restart_.first_step);
+  writer.put(restart_.touch);
   writer.put(restart_.repeated);
   writer.put(restart_.y.data(), restart_.y.size());
   writer.put<std::uint64_t>(restart_.inputs.size());
@@ -48,6 +49,7 @@ bool Cvode::read(ByteReader& reader, const System& system, Saved& saved) {
   reader.get(saved.restart_due);
   reader.get(restart.time);
   reader.get(restart.first_step);
+  reader.get(restart.touch);
   reader.get(saved.repeated);
   reader.get(restart.y.data(), restart.y.size());
   reader.get(inputs);

@@ -75,6 +75,7 @@ class Dirk final : public OneStep {
   void set_table();
   void set_predictors();
   void integrate_power(double time, double* y);
+  double error_with_corners(double since, const double* y, double error);
   bool is_doubtful(double since, const double* y, double h, double error);
   Flag run(double first_step) override;
   Flag flag_of(int arkode);
@@ -98,6 +99,7 @@ class Dirk final : public OneStep {
   long unsolved_before_ = 0;
   bool too_short_ = false;  // the step to repeat is below the minimum
   CornerWatch corners_;
+  std::vector<double> weights_;  // for corners_
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
@@ -106,6 +108,7 @@ Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
       end_state_(scratch_->vectors[1]),
       jacobian_(scratch_->jacobian()) {
   if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
+  weights_ = y_;
   build();
 }
 
@@ -213,11 +216,20 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
   return self.too_short_ ? 1 : 0;
 }
 
-// Whether a step of size h to y crosses a corner of a force with too large an error estimate, so that it must
-// be repeated.
+// Error estimate of a step to y with regard to corners of forces: above 1 if the step must be repeated.
+double Dirk::error_with_corners(double since, const double* y, double error) {
+  const double time = absolute(since);
+  if (corners_.crosses(system_, time, y)) return Tuning::doubt_of_corner * error;
+  error_weights_.evaluate(y, weights_.data());
+  return std::isfinite(corners_.time_of_short_touch(system_, time, y, weights_.data()))
+             ? Tuning::error_of_corner
+             : error;
+}
+
 bool Dirk::is_doubtful(double since, const double* y, double h, double error) {
-  const double doubted = Tuning::doubt_of_corner * error;
-  if (!(doubted > 1) || !corners_.crosses(system_, absolute(since), y)) return false;
+  if (!corners_.watches()) return false;
+  const double doubted = error_with_corners(since, y, error);
+  if (!(doubted > 1)) return false;
   too_short_ = !repeat(since, h, doubted);
   if (!too_short_) repeat_up_to(h);
   return true;

@@ -203,10 +203,11 @@ double Erk::attempt_error(double h) {
     error = std::max(error,
                      Tuning::worth_of_last_term * error_weights_.norm(steps_.last_term(), weights_.data()));
   }
-  const StepEnd begin{absolute(reached_), result_}, end{absolute(reached_ + h), candidate_};
-  if (!corners_.crosses(system_, end.time, end.y))
-    return corners_.grazes(system_, begin, end, weights_.data()) ? std::max(error, Tuning::error_of_corner)
-                                                                 : error;
+  const double time = absolute(reached_ + h);
+  if (!corners_.crosses(system_, time, candidate_))
+    return std::isfinite(corners_.time_of_short_touch(system_, time, candidate_, weights_.data()))
+               ? std::max(error, Tuning::error_of_corner)
+               : error;
   return passes ? std::max(error, Tuning::error_of_corner) : Tuning::doubt_of_corner * error;
 }
 

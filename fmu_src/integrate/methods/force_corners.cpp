@@ -25,15 +25,20 @@ void each_actuator(const System& system, Visit visit) {
   for (int k = 0; actuators && k < actuators->size(); ++k) visit(*actuators, k);
 }
 
+// A point within a step: its share of the step and the value there.
+struct Within {
+  double share, value;
+};
+
 // Maximum of the cubic polynomial p on [0, 1] with p(0) = 0, p(1) = end and slopes of opposite sign, the
 // first positive.
-double farthest_between(double first_slope, double last_slope, double end) {
+Within farthest_between(double first_slope, double last_slope, double end) {
   const double a = 3 * (first_slope + last_slope - 2 * end),
                b = 6 * end - 4 * first_slope - 2 * last_slope;  // p' = first_slope + b s + a s^2
   const double root = std::sqrt(std::max(0.0, b * b - 4 * a * first_slope));
   // without cancellation; p' decreases through zero
   const double s = b < 0 ? 2 * first_slope / (root - b) : (-b - root) / (2 * a);
-  return s * (first_slope + s * (b / 2 + s * a / 3));
+  return {s, s * (first_slope + s * (b / 2 + s * a / 3))};
 }
 constexpr double error_of_turn = 0.05;  // of this maximum, relative to its distance from both ends
 
@@ -42,15 +47,28 @@ struct Moving {
   double value, rate;
 };
 
-// Whether a coordinate inside (low, high) at both ends of a step of h s leaves this interval by more than the
-// tolerance in between.
-bool leaves_between(const Moving& begin, const Moving& end, double h, double low, double high,
-                    double tolerance) {
-  if (!(begin.rate * end.rate < 0)) return false;
-  const double side = begin.rate > 0 ? 1 : -1, limit = begin.rate > 0 ? high : -low;
+// A coordinate that may leave the interval (low, high) by more than the tolerance.
+struct Bounded {
+  double low, high, tolerance;
+};
+
+// A step of a coordinate.
+struct Step {
+  Moving begin, end;
+  double h;  // s
+};
+
+// Share of a step after which a coordinate inside its bounds at both ends is farthest outside; infinity: it
+// stays inside.
+double share_outside(const Step& step, const Bounded& bounds) {
+  const Moving &begin = step.begin, &end = step.end;
+  if (!(begin.rate * end.rate < 0)) return never;
+  const double side = begin.rate > 0 ? 1 : -1, limit = begin.rate > 0 ? bounds.high : -bounds.low;
   const double from = side * begin.value, to = side * end.value, last = std::max(from, to);
-  const double farthest = from + farthest_between(h * side * begin.rate, h * side * end.rate, to - from);
-  return last < limit && farthest + error_of_turn * (farthest - last) > limit + tolerance;
+  const Within turn = farthest_between(step.h * side * begin.rate, step.h * side * end.rate, to - from);
+  const double farthest = from + turn.value;
+  const bool leaves = last < limit && farthest + error_of_turn * (farthest - last) > limit + bounds.tolerance;
+  return leaves ? turn.share : never;
 }
 
 // Combines the regions of several force laws into one code.
@@ -130,32 +148,54 @@ double tolerance_of(const System& system, const ElasticCouplingPlan& coupling, c
   return tolerance;
 }
 
-Moving twist_of(System& system, const Actuators& actuators, int k, const StepEnd& end) {
-  const System::Coordinates at = system.coordinates(end.time, end.y);
+Moving twist_of(const System::Coordinates& at, const Actuators& actuators, int k, const double* y) {
   const auto places = actuators.places(k);
-  return {twist(actuators, k, end.y[places.motor_q], at.q),
-          twist(actuators, k, end.y[places.motor_qd], at.qd)};
+  return {twist(actuators, k, y[places.motor_q], at.q), twist(actuators, k, y[places.motor_qd], at.qd)};
 }
 
-// CornerWatch::grazes for the play of couplings and gears.
-bool grazes_play(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) {
-  const double h = end.time - begin.time;
-  bool found = false;
+// A step of the whole state.
+struct WholeStep {
+  double begin_time, end_time;
+  const double *begin, *end;
+};
+
+// CornerWatch::time_of_short_touch as a share of the step, for stops.
+double share_in_stop(const System& system, const WholeStep& step, const double* weights) {
+  const StateLayout& layout = system.layout();
+  double earliest = never;
+  for (int i = 0; i < system.simple(); ++i) {
+    const int joint = system.joint_of(i), position = layout.q[i], rate = layout.qd[i];
+    if (!system.plan().joints[joint].has_stops) continue;
+    const Resistance<double>& of = system.plan().resistances[joint];
+    earliest = std::min(earliest, share_outside({{step.begin[position], step.begin[rate]},
+                                                 {step.end[position], step.end[rate]},
+                                                 step.end_time - step.begin_time},
+                                                {of.lower, of.upper, 1 / weights[position]}));
+  }
+  return earliest;
+}
+
+// CornerWatch::time_of_short_touch as a share of the step, for the play of couplings and gears.
+double share_beyond_play(System& system, const WholeStep& step, const double* weights) {
+  const double h = step.end_time - step.begin_time;
+  double earliest = never;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings) {
     if (!(coupling.half_play > 0)) continue;
-    const Moving before = sum_of(coupling, system.coordinates(begin.time, begin.y)),
-                 after = sum_of(coupling, system.coordinates(end.time, end.y));
-    found = found || leaves_between(before, after, h, -coupling.half_play, coupling.half_play,
-                                    tolerance_of(system, coupling, weights));
+    const Moving before = sum_of(coupling, system.coordinates(step.begin_time, step.begin)),
+                 after = sum_of(coupling, system.coordinates(step.end_time, step.end));
+    earliest =
+        std::min(earliest, share_outside({before, after, h}, {-coupling.half_play, coupling.half_play,
+                                                              tolerance_of(system, coupling, weights)}));
   }
   each_actuator(system, [&](const Actuators& of, int k) {
     if (!of.law(k).has_backlash()) return;
-    const Moving before = twist_of(system, of, k, begin), after = twist_of(system, of, k, end);
+    const Moving before = twist_of(system.coordinates(step.begin_time, step.begin), of, k, step.begin),
+                 after = twist_of(system.coordinates(step.end_time, step.end), of, k, step.end);
     const double play = gear_law(of.law(k)).half_play;
     const double tolerance = 1 / (weights[of.places(k).motor_q] * std::fabs(of.law(k).gear_ratio));
-    found = found || leaves_between(before, after, h, -play, play, tolerance);
+    earliest = std::min(earliest, share_outside({before, after, h}, {-play, play, tolerance}));
   });
-  return found;
+  return earliest;
 }
 
 }  // namespace
@@ -165,6 +205,12 @@ bool has_backlash(const System& system) {
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
     found = found || coupling.half_play > 0;
   each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
+  return found;
+}
+
+bool has_stops(const System& system) {
+  bool found = false;
+  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_stops;
   return found;
 }
 
@@ -201,24 +247,21 @@ double time_to_corner(const System& system, const double* y, const double* slope
   return earliest;
 }
 
-bool CornerWatch::grazes(System& system, const StepEnd& begin, const StepEnd& end,
-                         const double* weights) const {
-  if (!watches_) return false;
-  const StateLayout& layout = system.layout();
-  for (int i = 0; i < system.simple(); ++i) {
-    const int joint = system.joint_of(i), position = layout.q[i], rate = layout.qd[i];
-    if (!system.plan().joints[joint].has_stops) continue;
-    const Resistance<double>& of = system.plan().resistances[joint];
-    if (leaves_between({begin.y[position], begin.y[rate]}, {end.y[position], end.y[rate]},
-                       end.time - begin.time, of.lower, of.upper, 1 / weights[position]))
-      return true;
-  }
-  return has_backlash(system) && grazes_play(system, begin, end, weights);
+double CornerWatch::time_of_short_touch(System& system, double time, const double* y,
+                                        const double* weights) const {
+  if (begin_y_.empty()) return never;
+  const WholeStep step{begin_time_, time, begin_y_.data(), y};
+  const double share =
+      std::min(share_in_stop(system, step, weights), share_beyond_play(system, step, weights));
+  return begin_time_ + share * (time - begin_time_);
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {
   watches_ = has_any_corners(system);
-  if (watches_) of_state_ = regions_of_state(system, time, y);
+  if (!watches_) return;
+  of_state_ = regions_of_state(system, time, y);
+  begin_time_ = time;
+  if (has_stops(system) || has_backlash(system)) begin_y_.assign(y, y + system.size());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "integrate/system/system.hpp"
 
@@ -20,28 +21,29 @@ bool has_any_corners(const System& system);  // also contacts and limits of actu
 // never. `slope`: time derivative of the state y.
 double time_to_corner(const System& system, const double* y, const double* slope);
 
-struct StepEnd {
-  double time;
-  const double* y;
-};
-
 // Detects whether a step crosses a corner. Stages count, too: a corner may be entered and left within a step.
 class CornerWatch {
  public:
   // Begins a step at this state.
   void begin(System& system, double time, const double* y);
+  bool watches() const { return watches_; }  // there are corners
+  double begin_time() const { return begin_time_; }
+  const double* begin_state() const { return begin_y_.data(); }  // if there are stops or backlash
   // Begins an attempt of this step.
   void attempt() { crosses_ = noted_ = false; }
   // Notes a stage of the attempt; call it after the right-hand side.
   void note(System& system, double time, const double* y);
   // Whether the attempt, which ends at this state, crosses a corner.
   bool crosses(System& system, double time, const double* y) const;
-  // Whether a joint reaches a stop, or a coupling or gear the end of its play, within a step and leaves it
-  // again, by the cubic polynomial through positions and velocities. `weights` of the state: a depth below
-  // the tolerance does not count.
-  bool grazes(System& system, const StepEnd& begin, const StepEnd& end, const double* weights) const;
+  // Time at which a joint is deepest in a stop, or a coupling or gear beyond the end of its play, if it
+  // reaches and leaves it within the step to this state, by the cubic polynomial through positions and
+  // velocities; infinity: none does. `weights` of the state: a depth below the tolerance does not count.
+  double time_of_short_touch(System& system, double time, const double* y, const double* weights) const;
 
  private:
+  // The start of the step; empty: there are neither stops nor backlash.
+  double begin_time_ = 0;
+  std::vector<double> begin_y_;
   bool watches_ = false, noted_ = false, crosses_ = false;
   // Codes of the regions between the corners: of_state_ at the start of the step, of_evaluation_ (contacts
   // and actuator limits) in the first stage.
