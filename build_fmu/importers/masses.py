@@ -67,7 +67,7 @@ def _fill(link: DraftLink, body: Body) -> None:
 
 
 def _rods(links: list[DraftLink]) -> dict[str, list[Solid]]:
-    """Returns rods from each link's origin to its children; a moving link without one is a ball."""
+    """Returns rods from each link's origin to its children; a moving link without one is a ball. Without any length: none."""
     ends: dict[str, list[np.ndarray]] = {link.name: [] for link in links}
     for link in links:
         q = 0.0 if isinstance(link.q, list) else link.q
@@ -77,7 +77,9 @@ def _rods(links: list[DraftLink]) -> dict[str, list[Solid]]:
     longest = max((float(np.linalg.norm(end)) for own in ends.values() for end in own), default=0.0)
     if not longest:
         # one link, or all at one point: the offsets of the first joints
-        longest = max(float(np.linalg.norm(pose_of(link.dh)[:3, 3])) for link in links) or 1.0
+        longest = max((float(np.linalg.norm(pose_of(link.dh)[:3, 3])) for link in links), default=0.0)
+    if not longest:
+        return {}
     radius = SLENDER * longest
     solids = {name: [Solid("cylinder", [radius, float(np.linalg.norm(end))], _along(end)) for end in own] for name, own in ends.items()}
     for link in links:

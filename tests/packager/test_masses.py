@@ -152,3 +152,15 @@ def test_masses_of_the_file_stay(built_library, here):
     done = command("import", "arm.urdf", "--density", "1000")
     assert done.returncode == 0 and "--density has no effect: no moving link without a mass has a readable shape" in done.stderr
     assert (here / "arm.toml").read_text().count("mass = 7") == 2
+
+
+@pytest.mark.parametrize("option", ["--density", "--mass"])
+@pytest.mark.parametrize("floating", [(), ("--floating",)])
+def test_a_single_link_whose_mesh_is_missing(built_library, here, option, floating):
+    """Neither a shape nor a length gives its size."""
+    (here / "one.urdf").write_text(
+        '<robot name="one"><link name="a"><visual><geometry><mesh filename="b.stl"/></geometry></visual></link></robot>'
+    )
+    done = command("import", "one.urdf", option, "2", *floating)
+    assert done.returncode == 1 and "Traceback" not in done.stderr
+    assert ("no link has mass or inertia" if floating else "--floating makes its root link 'a' a floating base") in done.stderr
