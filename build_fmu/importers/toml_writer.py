@@ -58,7 +58,7 @@ def run_command(draft: Draft, file: str) -> str:
 def number(x: float) -> str:
     """Returns the shortest decimal that reads back as exactly this double (at most 17 digits); whole numbers stay short."""
     x = float(x) + 0.0  # -0.0 becomes 0.0
-    if x == int(x) and abs(x) < 1e15:
+    if abs(x) < 1e15 and x == int(x):
         return str(int(x))
     return repr(x)
 

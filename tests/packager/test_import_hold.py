@@ -92,3 +92,11 @@ def test_tables_of_dh_parameters_have_no_hold(tmp_path):
     (tmp_path / "arm.csv").write_text("a,alpha,d,theta\n0,0,0,0\n")
     with pytest.raises(UserError, match=r"--hold has no effect on 'arm.csv'"):
         read(tmp_path / "arm.csv", import_options(hold=True))
+
+
+def test_gains_that_overflow_are_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    heavy = ROBOT.replace("@", "").replace('<inertia ixx="0.02" iyy="0.02" izz="0.02"/>', '<inertia ixx="1e307" iyy="1e307" izz="1e307"/>')
+    (tmp_path / "drives.urdf").write_text(heavy)
+    assert main(["import", "drives.urdf", "--hold"]) == 1
+    assert "must be finite, got inf" in capsys.readouterr().err

@@ -63,8 +63,8 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
 }
 
 bool Automatic::adams_pays(const Outlook& outlook) const {
-  // if (has_corners(system_)) return false;  // its steps can miss a short touch of a stop
-  //  in long communication steps the gain is small
+  if (has_corners(system_)) return false;  // at corners it loses more than it gains between them
+  // in long communication steps the gain is small
   const double used = work() - memory_.begun;
   if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
   return present_cost(outlook.span) * outlook.hold >=
