@@ -16,9 +16,8 @@ from build_fmu.report.machine import busy, load
 from build_fmu.report.motion import positions
 from build_fmu.report.pages import Report, write_csv, write_page, write_pictures
 from build_fmu.report.reference import Reference, from_csv, from_tight_runs
-from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, offered_methods, sweep, task_for
+from build_fmu.report.sweep import METHODS, TOLERANCES, Inputs, Plan, communication_steps, force_inputs, offered_methods, sweep, task_for
 from build_fmu.run.driver import Staged, staged
-from build_fmu.run.prescribed import MOTION
 from build_fmu.run.signals import parse_inputs, tables_of
 from build_fmu.run.simulate import MOST_STEPS
 from build_fmu.run.tables import keep_inputs
@@ -86,8 +85,7 @@ def make_report(
         if not methods:
             raise UserError(f"'{fmu.name}' supports none of the methods {', '.join(wish.methods)}")
         inputs = _inputs(fmu, wish.inputs)
-        forces = [n for n in fmu.names("input") if not n.endswith(MOTION)]
-        changing = [c for c in wish.changing if not c or forces]
+        changing = [c for c in wish.changing if not c or force_inputs(fmu)]
         rows = np.arange(round(stop / max(steps)) + 1) * max(steps)
         references = _references(fmu, table if not inputs.given or wish.reference else None, where, inputs, rows)
         plan = Plan(stop, steps, methods, wish.tolerances, changing, wish.seconds, wish.repeats)

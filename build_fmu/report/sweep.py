@@ -92,6 +92,11 @@ def communication_steps(stop: float, step: float) -> list[float]:
     return [h for h in (step / 10, step, step * 10) if h <= stop / 5 * (1 + 1e-9)] or [stop]
 
 
+def force_inputs(fmu: Staged) -> list[str]:
+    """Returns the inputs that `changing` varies: all but prescribed motions, which would be different motions."""
+    return [n for n in fmu.names("input") if not n.endswith(MOTION)]
+
+
 def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: Inputs, changing: bool, names: Sequence[str]) -> Task:
     """Returns the run from 0 to `stop` (s) with an output row every `row_every` (s)."""
     count, every = round(stop / step), round(row_every / step)
@@ -100,8 +105,7 @@ def task_for(fmu: Staged, stop: float, step: float, row_every: float, inputs: In
     rows: list[list[float]] = [inputs.row(k * step) for k in range(count)] if inputs.given else []
     names_of_inputs = list(inputs.names)
     if changing:
-        # all forces; a changed prescribed motion would be a different motion
-        touched = [n for n in fmu.names("input") if not n.endswith(MOTION)]
+        touched = force_inputs(fmu)
         missing = [n for n in touched if n not in names_of_inputs]
         names_of_inputs += missing
         rows = [row + [0.0] * len(missing) for row in rows] or [[0.0] * len(names_of_inputs), [0.0] * len(names_of_inputs)]

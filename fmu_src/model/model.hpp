@@ -144,6 +144,11 @@ struct SolverSettings {
   double max_step = 0;      // s; 0: unlimited
   double max_rhs = 0;       // maximum right-hand sides per communication step; 0: unlimited
   double target_error = 0;  // m or rad; the packager selects rtol for it; 0: none or rtol is given
+
+  bool same_steps(const SolverSettings& other) const {
+    return method == other.method && rtol == other.rtol && atol == other.atol && max_step == other.max_step &&
+           max_rhs == other.max_rhs;
+  }
 };
 
 // Output groups and settings of the FMU. Group names as in docs/model_file.md.

@@ -11,11 +11,6 @@ namespace {
 
 constexpr const char* foreign = "not an FMU state of this instance";
 
-bool same(const SolverSettings& a, const SolverSettings& b) {
-  return a.method == b.method && a.rtol == b.rtol && a.atol == b.atol && a.max_step == b.max_step &&
-         a.max_rhs == b.max_rhs;
-}
-
 }  // namespace
 
 // First applies tuned parameters and a given state, as far as possible, as when values are read.
@@ -84,7 +79,7 @@ bool Instance::restore_integrator(Snapshot& saved) {
   }
   const SolverSettings settings = saved.life.effective(simulation_.parameters.solver);
   std::unique_ptr<Integrator> fresh;
-  if (!simulation_.integrator || !same(settings, simulation_.integrator_settings))
+  if (!simulation_.integrator || !settings.same_steps(simulation_.integrator_settings))
     fresh = simulation_.make_integrator(settings);
   Integrator& integrator = fresh ? *fresh : *simulation_.integrator;
   if (!integrator.restore(saved.integrator, saved.integrator_size)) {

@@ -181,6 +181,21 @@ Rest RestSearch::find() {
   return none_near();
 }
 
+// Actuators rest while this exists, also if memory for the search lacks.
+class RestingActuators {
+ public:
+  explicit RestingActuators(Actuators* actuators) : actuators_(actuators) { rest(true); }
+  RestingActuators(const RestingActuators&) = delete;
+  RestingActuators& operator=(const RestingActuators&) = delete;
+  ~RestingActuators() { rest(false); }
+
+ private:
+  void rest(bool resting) {
+    if (actuators_) actuators_->rest(resting);
+  }
+  Actuators* actuators_;
+};
+
 }  // namespace
 
 Rest find_rest(System& system, const std::vector<double>& scales, double time, double* y) {
@@ -191,12 +206,12 @@ Rest find_rest(System& system, const std::vector<double>& scales, double time, d
       return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
   if (system.nv() == 0) return {};
   std::vector<double> given(y, y + system.size());
-  if (system.actuators()) system.actuators()->rest(true);
-  const Rest rest = RestSearch(system, scales, time, y).find();
-  if (system.actuators()) {
-    system.actuators()->rest(false);
-    system.actuators()->set_rest(y);
+  Rest rest;
+  {
+    const RestingActuators resting(system.actuators());
+    rest = RestSearch(system, scales, time, y).find();
   }
+  if (system.actuators()) system.actuators()->set_rest(y);
   if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
   return rest;
 }

@@ -134,8 +134,13 @@ bool Automatic::replace_failed(unsigned& failed) {
   return false;
 }
 
-Automatic::Attempt::Attempt(const Automatic& of, double end)
-    : budget(of.time(), end), steps_before(of.statistics_.steps), work_before(of.work()) {}
+Automatic::Attempt::Attempt(const Automatic& of, double end) : budget(of.time(), end) { begin(of, end); }
+
+void Automatic::Attempt::begin(const Automatic& of, double end) {
+  budget = StepBudget(of.time(), end);
+  steps_before = of.statistics_.steps;
+  work_before = of.work();
+}
 
 bool Automatic::Attempt::is_over(const Automatic& of, std::int64_t taken) const {
   const bool is_expensive = is_implicit(of.choice()) && of.work() - work_before > work_limit;
@@ -150,9 +155,7 @@ bool Automatic::replace_exhausted(Attempt& attempt, double end) {
   if (is_second || attempt.budget.is_too_small_for(settings_.max_step) || !replace_failed(attempt.exhausted))
     return false;
   memory_.due[former] = std::numeric_limits<double>::infinity();  // until `readmit`
-  attempt.budget = StepBudget(time(), end);
-  attempt.steps_before = statistics_.steps;
-  attempt.work_before = work();
+  attempt.begin(*this, end);
   attempt.work_limit = std::min(attempt.work_limit, spent);
   return true;
 }

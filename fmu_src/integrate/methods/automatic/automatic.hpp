@@ -69,11 +69,12 @@ class Automatic final : public Integrator {
   // one in turn; implicit methods, whose steps can be expensive, for at most the work of the shortest part.
   struct Attempt {
     Attempt(const Automatic& of, double end);
+    void begin(const Automatic& of, double end);  // a new budget
     bool is_over(const Automatic& of, std::int64_t taken) const;
 
     StepBudget budget;
-    std::int64_t steps_before;  // of the instance
-    double work_before;
+    std::int64_t steps_before = 0;  // of the instance
+    double work_before = 0;
     double work_limit = std::numeric_limits<double>::infinity();
     unsigned exhausted = 0;  // bits of the methods that exhausted a budget
     bool tried_bdf = false;  // because an explicit method took a large part of the budget
