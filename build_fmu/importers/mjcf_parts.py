@@ -169,9 +169,9 @@ class Parts:
                 self.tree.omitted["springs of tendons over one joint, or over others than hinge and slide joints"] += 1
                 continue
             rest = self.mj.numbers(element, values, "springlength", None, "-1")
-            # without a length: at rest where the springs of its joints are
+            # without a length (-1): at rest where the springs of its joints are
             own = sum(factor * self.joints[name].spring for name, factor in parts.items())
-            low, high = (own, own) if rest[0] < 0 else (rest[0], rest[-1])
+            low, high = (own, own) if all(length == -1 for length in rest) else (rest[0], rest[-1])
             self.tree.omitted["<fixed> tendon with a range of lengths at rest: onset is smooth, no damping in it"] += high > low
             fields = {"joints": [self.link_of(name).joint_name for name in parts], "ratios": list(parts.values())}
             fields |= {"offset": (low + high) / 2, "stiffness": stiffness, "damping": damping, "backlash": high - low}

@@ -125,13 +125,31 @@ def test_the_work_follows(rig, method):
         assert slave.get("energy.balance") == pytest.approx(0, abs=1e-8)
 
 
-def test_a_derivative_does_not_change_what_was_read_before(built):
-    rod = 'name = "rod"\nlink = [{name = "rod", mass = 1, com = [0.3, 0, 0], qd = 0.5}]\nfmu = {outputs = ["power"]}\n'
-    with Slave(built(rod)) as slave:
+ROD = """name = "rod"
+link = [{name = "rod", mass = 1, com = [0.3, 0, 0], qd = 0.5}, {name = "end", a = 0.5, mass = 1, com = [0.3, 0, 0]}]
+fmu = {outputs = ["power", "acceleration"]}
+"""
+BETWEEN = {
+    "nothing": "",
+    "lag": '[[actuator]]\njoint = "rod"\ntime_constant = 0.01\n',
+    "limit": '[[actuator]]\njoint = "rod"\ntorque_limit = 0.1\n',
+    "gear": '[[actuator]]\njoint = "rod"\nrotor_inertia = 0.01\nstiffness = 100\nbacklash = 0.01\n',
+    "controller": '[controller]\nlaw = "pd"\njoints = ["rod"]\nkp = 5\nkd = 1\n',
+}
+
+
+@pytest.mark.parametrize("between", BETWEEN)
+def test_a_derivative_does_not_change_what_was_read_before(built, between):
+    with Slave(built(ROD + BETWEEN[between])) as slave:
         slave.initialize()
-        assert slave.set("rod.tau", 2) == OK and slave.get("rod.power") == 1
-        assert set_derivatives(slave, "rod.tau", 7) == OK
-        assert slave.get("rod.power") == 1
+        names = [name for name in ("rod.power", "rod.tau", "rod.tau_joint", "end.power", "rod.qdd") if name in slave.fmu.variables]
+        driven = [name for name in slave.fmu.named("input") if name.endswith(".tau")]
+        assert slave.set_reals(driven, [2.0] * len(driven)) == OK and slave.step(0, 0.01) == OK
+        before = slave.reals(names)
+        for name in driven:
+            assert set_derivatives(slave, name, 7) == OK
+        assert slave.reals(names) == before
+        assert slave.step(0.01, 0) == OK and slave.reals(names) == before
 
 
 @pytest.mark.parametrize("name", ["guided.q", "guided.qd", "guided.qdd"])

@@ -150,7 +150,26 @@ def moved(tool: Exchange, time: float, seed: int = 1) -> np.ndarray:
     return states
 
 
+COUPLED_PENDULA = """
+[[link]]
+name = "left"
+parent = "ground"
+mass = 1
+com = [1, 0, 0]
+[[link]]
+name = "right"
+parent = "ground"
+mass = 1
+com = [1, 0, 0]
+[[coupling]]
+name = "rod"
+joints = ["left", "right"]
+ratios = [1, -1]
+[fmu]
+"""
+TOP_BESIDE_PENDULA = (ROOT / "models" / "top.toml").read_text(encoding="utf-8").replace("[fmu]\n", COUPLED_PENDULA)
 JACOBIANS = {
+    "top beside pendula": TOP_BESIDE_PENDULA,
     "tree": CART,
     "actuated": ACTUATED.replace("OUTPUTS", EVERY_GROUP),
     **{name: (ROOT / "models" / f"{name}.toml").read_text() for name in ("four_bar", "bennett", "space_five_bar")},
@@ -186,6 +205,9 @@ def test_jacobian_against_differences(built, name):
             differences = (8 * (by(known, step) - by(known, -step)) - (by(known, 2 * step) - by(known, -2 * step))) / (12 * step)
             tool.set_states(states)
             assert column == pytest.approx(differences, rel=1e-5, abs=1e-5 * (1 + np.abs(differences).max())), known
+        # along the length of a quaternion, too
+        direction = np.random.default_rng(2).uniform(-1, 1, len(knowns))
+        assert tool.directional(unknowns, knowns, direction) == pytest.approx(exact @ direction, rel=1e-9, abs=1e-9 * (1 + np.abs(exact).max()))
 
 
 def test_declared_independence_of_states_is_true(built):
@@ -227,29 +249,9 @@ def test_implicit_steps_with_the_exact_jacobian(fmu):
         assert not tool.errors
 
 
-COUPLED_PENDULA = """
-[[link]]
-name = "left"
-parent = "ground"
-mass = 1
-com = [1, 0, 0]
-[[link]]
-name = "right"
-parent = "ground"
-mass = 1
-com = [1, 0, 0]
-[[coupling]]
-name = "rod"
-joints = ["left", "right"]
-ratios = [1, -1]
-[fmu]
-"""
-
-
-@pytest.mark.parametrize("beside", ["", COUPLED_PENDULA])
-def test_slopes_do_not_depend_on_the_length_of_quaternions(built, beside):
-    text = (ROOT / "models" / "top.toml").read_text(encoding="utf-8")
-    with Exchange(built(text.replace("[fmu]\n", beside or "[fmu]\n"))) as tool:
+@pytest.mark.parametrize("text", [(ROOT / "models" / "top.toml").read_text(encoding="utf-8"), TOP_BESIDE_PENDULA], ids=["top", "beside pendula"])
+def test_slopes_do_not_depend_on_the_length_of_quaternions(built, text):
+    with Exchange(built(text)) as tool:
         tool.begin()
         states = moved(tool, 0.05)
         unit = tool.slope_at(0.05, states)

@@ -94,7 +94,7 @@ link = "rod"
 outputs = ["acceleration"]
 
 [fmu]
-tunable = ["state"]
+tunable = ["state", "rod.mass"]
 """
 SHOWN = ["b.q", "b.qd", "c.q", "c.qd", "energy.balance"]
 CHANGES = {
@@ -141,6 +141,30 @@ def test_order_reading_and_saving_do_not_matter(built, instance, changes, same_a
     assert shown == pytest.approx(expected, abs=1e-12)
     assert shown == pytest.approx(stepped, abs=1e-6), "a nanosecond changes nothing"
     assert abs(shown[-1]) < 1e-6, "neither a jump nor tuning is an energy error"
+
+
+@pytest.mark.parametrize("between", ["", "r", "s"])
+def test_a_given_state_is_projected_with_the_masses_tuned_after_it(built, instance, between):
+    """The given state violates the loop; the nearest one depends on the masses."""
+
+    def poses(*changes: str) -> list[float]:
+        slave = instance(built(LOOP)).initialize()
+        slave.run(0.01, 0.01)
+        given = [value + 0.1 for value in slave.reals(["crank.q", "rod.q", "rocker.q"])]
+        does = {
+            "a": lambda: slave.set_reals([f"state.q[{k}]" for k in (1, 2, 3)], given) == OK and slave.set("state.apply", 1) == OK,
+            "t": lambda: slave.set("rod.mass", 20.0) == OK,
+            "r": lambda: slave.get("rod.q"),
+            "s": slave.save,
+        }
+        for change in changes:
+            assert does[change]()
+        shown = slave.reals(["crank.q", "rod.q", "rocker.q"])
+        slave.run(0.11, 0.1, start=0.01)
+        return shown + slave.reals(["crank.q", "rod.q", "rocker.q", "energy.balance"])
+
+    assert poses("a", *between, "t") == pytest.approx(poses("t", "a"), abs=1e-9)
+    assert poses("a") != pytest.approx(poses("t", "a"), abs=1e-3)
 
 
 def test_the_answer_to_a_jump_does_not_depend_on_torques_to_the_last_bit(built, instance):

@@ -48,9 +48,10 @@ void ParameterSet::reset() {
 
 void ParameterSet::set(const Variable& variable) {
   if (variable.variability() != Variability::tunable) return;
+  give_again();
   if (variable.group == &StateParameters::rows) {
     if (variable.type() == VariableType::integer) pending_.given = Given::due;
-    return give_again();
+    return;
   }
   pending_.in_force = false;
   pending_.changed = true;

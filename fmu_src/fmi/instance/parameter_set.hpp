@@ -28,7 +28,8 @@ class ParameterSet {
   }
   // State set by the master through parameters: none; `state.apply` was set; it has replaced the state.
   enum class Given : std::uint8_t { none, due, applied };
-  // Call after a change of a prescribed motion or of the given values: the given state is applied again.
+  // Call after a change of a prescribed motion, a parameter or the given values: the given state is applied
+  // again.
   void give_again() {
     if (pending_.given == Given::applied) pending_.given = Given::due;
   }

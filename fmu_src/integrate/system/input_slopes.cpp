@@ -37,9 +37,11 @@ void System::swap_inputs(std::vector<double>& other) {
 
 void System::set_input_slope(double time, int input, int order, double value) {
   if (!has_input_slopes()) {
+    const bool read_from_inputs = recursion_inputs_.empty();
     resize_inputs(static_cast<std::size_t>(input_layout_.size_with_slopes()));
     inputs_[input_layout_.slope_time()] = time;
-    update_recursion_inputs(time);  // values that were read at this time remain current
+    // values that were read at this time remain current, forces of controllers and actuators too
+    if (read_from_inputs) update_recursion_inputs(time);
   }
   if (input < plan_.nv && motion_slot_[input] >= 0) hold_motion(time, input);
   inputs_[input_layout_.slope(order, input)] = value;

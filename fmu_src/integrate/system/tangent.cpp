@@ -135,7 +135,11 @@ void Tangent::set_directions(const Duals& at, const Duals& speed) {
     const BallAnglesOf<Dual> angles = angles_in(at, static_cast<int>(k));
     const Vec3<double> turn = turn_of(angles);
     const Vec3<Dual> omega = omega_in(at, speed, static_cast<int>(k));
-    quaternion_rate(ball_quaternion_[k].data(), turn.data(), balls[k].quaternion);
+    Eigen::Map<Eigen::Vector4d> direction(balls[k].quaternion);
+    const Eigen::Vector4d& at_quaternion = ball_quaternion_[k];
+    const double lengthening = at_quaternion.dot(direction) / at_quaternion.squaredNorm();
+    quaternion_rate(at_quaternion.data(), turn.data(), direction.data());
+    direction += lengthening * at_quaternion;  // which turns nothing
     for (int i = 0; i < 3; ++i) balls[k].omega[i] = omega[i].derivative;
   }
 }
