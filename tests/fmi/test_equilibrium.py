@@ -187,3 +187,25 @@ def test_reset_forgets_the_scales_of_the_run_before(built):
             starts.append(slave.reals(["s.q", "p.q"]))
             assert slave.step(0, 0.1) == OK and slave.call("Reset") == OK
     assert starts[0] == starts[2] == starts[4]
+
+
+HANGING = """name = "hanging"
+start = "equilibrium"
+link = [
+  {name = "pendulum", parent = "ground", alpha = 1.5707963267948966, theta = -1.5707963267948966, mass = 1, com = [1, 0, 0], q = 2.5},
+  {name = "light", %s},
+]
+"""
+LIGHT = {
+    "a flap with a placeholder for its inertia": 'parent = "pendulum", a = 0.5, inertia = [1e-9, 1e-9, 1e-9], q = 0.5, stiffness = 10',
+    "a stiff transmission beside it": 'parent = "ground", mass = 0.01, inertia = [1e-5, 1e-5, 1e-5], q = 0.3, stiffness = 1e7',
+    "a stiff joint in the chain": 'parent = "pendulum", a = 0.5, mass = 0.01, inertia = [1e-5, 1e-5, 1e-5], q = 0.3, stiffness = 1e7',
+}
+
+
+@pytest.mark.parametrize("light", LIGHT)
+def test_high_accelerations_of_stiff_or_light_joints_do_not_hide_others(make, light):
+    slave = begin(make(HANGING % LIGHT[light]))
+    assert slave.reals(["pendulum.q", "light.q"]) == pytest.approx([0, 0], abs=1e-8)
+    slave.run(0.2, 0.1)
+    assert slave.get("pendulum.q") == pytest.approx(0, abs=1e-8)

@@ -150,23 +150,8 @@ def moved(tool: Exchange, time: float, seed: int = 1) -> np.ndarray:
     return states
 
 
-COUPLED_PENDULA = """
-[[link]]
-name = "left"
-parent = "ground"
-mass = 1
-com = [1, 0, 0]
-[[link]]
-name = "right"
-parent = "ground"
-mass = 1
-com = [1, 0, 0]
-[[coupling]]
-name = "rod"
-joints = ["left", "right"]
-ratios = [1, -1]
-[fmu]
-"""
+COUPLED_PENDULA = "".join(f'[[link]]\nname = "{side}"\nparent = "ground"\nmass = 1\ncom = [1, 0, 0]\n' for side in ("left", "right"))
+COUPLED_PENDULA += '[[coupling]]\nname = "rod"\njoints = ["left", "right"]\nratios = [1, -1]\n[fmu]\n'
 TOP_BESIDE_PENDULA = (ROOT / "models" / "top.toml").read_text(encoding="utf-8").replace("[fmu]\n", COUPLED_PENDULA)
 JACOBIANS = {
     "top beside pendula": TOP_BESIDE_PENDULA,
@@ -207,7 +192,9 @@ def test_jacobian_against_differences(built, name):
             assert column == pytest.approx(differences, rel=1e-5, abs=1e-5 * (1 + np.abs(differences).max())), known
         # along the length of a quaternion, too
         direction = np.random.default_rng(2).uniform(-1, 1, len(knowns))
-        assert tool.directional(unknowns, knowns, direction) == pytest.approx(exact @ direction, rel=1e-9, abs=1e-9 * (1 + np.abs(exact).max()))
+        assert tool.directional(unknowns, knowns, direction) == pytest.approx(
+            exact @ direction, rel=1e-9, abs=1e-9 * (1 + np.abs(exact).max())
+        )
 
 
 def test_declared_independence_of_states_is_true(built):
@@ -249,7 +236,9 @@ def test_implicit_steps_with_the_exact_jacobian(fmu):
         assert not tool.errors
 
 
-@pytest.mark.parametrize("text", [(ROOT / "models" / "top.toml").read_text(encoding="utf-8"), TOP_BESIDE_PENDULA], ids=["top", "beside pendula"])
+@pytest.mark.parametrize(
+    "text", [(ROOT / "models" / "top.toml").read_text(encoding="utf-8"), TOP_BESIDE_PENDULA], ids=["top", "beside pendula"]
+)
 def test_slopes_do_not_depend_on_the_length_of_quaternions(built, text):
     with Exchange(built(text)) as tool:
         tool.begin()

@@ -180,6 +180,16 @@ def test_modes_of_a_uniform_chain(model):
     assert shape / shape[0] == pytest.approx(wanted / wanted[0], rel=1e-9)
 
 
+@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e8])
+def test_modes_of_a_stiff_joint_under_gravity(model, stiffness):
+    """The equilibrium found is at rest, however stiff the joint is."""
+    text = (
+        f'name = "rod"\ngravity = [0, -9.81, 0]\nlink = [{{name = "a", mass = 2, com = [0.5, 0, 0], q = 0.3, stiffness = {stiffness}}}]\n'
+    )
+    m = model(text)
+    assert m.modes(m.equilibrium()).frequencies == pytest.approx([np.sqrt(stiffness / 0.5) / (2 * np.pi)], rel=1e-2)
+
+
 def test_modes_count_what_loops_leave(model):
     """A parallelogram with equal sides swings like a pendulum: one mode."""
     m = model("four_bar")

@@ -319,7 +319,9 @@ def test_a_tendon_without_a_length_rests_where_the_springs_of_its_joints_do(tmp_
     assert draft.couplings[0].fields["offset"] == pytest.approx(-math.radians(30))
 
 
-@pytest.mark.parametrize(("lengths", "offset", "backlash"), [("-0.5", -0.5, 0), ("-1 -1", 0, 0), ("-1 0.5", -0.25, 1.5), ("-0.5 0.5", 0, 1)])
+@pytest.mark.parametrize(
+    ("lengths", "offset", "backlash"), [("-0.5", -0.5, 0), ("-1 -1", 0, 0), ("-1 0.5", -0.25, 1.5), ("-0.5 0.5", 0, 1)]
+)
 def test_lengths_of_tendons_may_be_negative(tmp_path, lengths, offset, backlash):
     """Except -1: they are sums of joint positions."""
     tendon = f'<fixed stiffness="5" springlength="{lengths}"><joint joint="c" coef="2"/><joint joint="r" coef="-1"/></fixed>'

@@ -288,7 +288,7 @@ void Instance::report_contacts() {
 // A step of `exponential` lasts many periods of a vibration; corners of forces within it remain unnoticed.
 void Instance::report_corners() {
   if (simulation_.model_exchange || simulation_.integrator->method() != SolverMethod::exponential) return;
-  if (has_any_corners(simulation_.system))
+  if (corners_of(simulation_.system) != 0)
     log_.warning(
         "method exponential may pass stops, friction, backlash, contacts and limits of actuators within a "
         "step: compare with shorter communication steps, or use auto");

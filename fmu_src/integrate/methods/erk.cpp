@@ -44,8 +44,8 @@ class Erk final : public OneStep {
   }
   // Contacts end steps, max_rhs requires an even load of the advances.
   bool passes_ends() const override {
-    return !starts_singular_ && !system_.plan().has_contacts() && !has_backlash(system_) &&
-           !(settings_.max_rhs > 0);
+    return !starts_singular_ && !system_.plan().has_contacts() &&
+           (corners_of(system_) & Corners::backlash) == 0 && !(settings_.max_rhs > 0);
   }
 
  private:
@@ -120,13 +120,14 @@ void Erk::use_table() {
 void Erk::choose_table(double remaining) {
   // a projected end needs one more slope; otherwise the last slope is the first of the next step
   const double projected = system_.has_constraints() ? 1 : 0;
-  const bool corners = has_corners(system_);
+  const unsigned kinds = corners_of(system_) & Corners::of_state;
+  const bool corners = kinds != 0;
   const double smooth_for = corners ? Tuning::share_of_gap * time_to_corner(system_, y_.data(), slope_.data())
                                     : std::numeric_limits<double>::infinity();
   double factor;
   choice_.decide({remaining, control_.wanted(), control_.step_limit(), statistics_.steps,
                   slope_known_ ? 0 : 1 - projected, lower_.last + projected, expects_hold_, corners,
-                  corners && has_only_stops(system_), smooth_for, affordable()},
+                  kinds == Corners::stops, smooth_for, affordable()},
                  factor);
   farthest_ = end_;
   if (expects_hold_ && takes_eighth())

@@ -200,36 +200,17 @@ double share_beyond_play(System& system, const WholeStep& step, const double* we
 
 }  // namespace
 
-bool has_backlash(const System& system) {
-  bool found = false;
+unsigned corners_of(const System& system) {
+  unsigned kinds = system.plan().has_contacts() ? Corners::contacts : 0;
+  for (const JointPlan<double>& joint : system.plan().joints)
+    kinds |= (joint.has_stops ? Corners::stops : 0) | (joint.has_friction ? Corners::friction : 0);
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
-    found = found || coupling.half_play > 0;
-  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_backlash(); });
-  return found;
-}
-
-bool has_stops(const System& system) {
-  bool found = false;
-  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_stops;
-  return found;
-}
-
-bool has_corners(const System& system) {
-  bool found = has_backlash(system);
-  for (const JointPlan<double>& joint : system.plan().joints) found = found || joint.has_resistance;
-  return found;
-}
-
-bool has_only_stops(const System& system) {
-  bool found = !has_backlash(system);
-  for (const JointPlan<double>& joint : system.plan().joints) found = found && !joint.has_friction;
-  return found;
-}
-
-bool has_any_corners(const System& system) {
-  bool found = has_corners(system) || system.plan().has_contacts();
-  each_actuator(system, [&](const Actuators& of, int k) { found = found || of.law(k).has_limits(); });
-  return found;
+    if (coupling.half_play > 0) kinds |= Corners::backlash;
+  each_actuator(system, [&](const Actuators& of, int k) {
+    const Actuator& law = of.law(k);
+    kinds |= (law.has_backlash() ? Corners::backlash : 0) | (law.has_limits() ? Corners::limits : 0);
+  });
+  return kinds;
 }
 
 double time_to_corner(const System& system, const double* y, const double* slope) {
@@ -257,11 +238,12 @@ double CornerWatch::time_of_short_touch(System& system, double time, const doubl
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {
-  watches_ = has_any_corners(system);
+  const unsigned kinds = corners_of(system);
+  watches_ = kinds != 0;
   if (!watches_) return;
   of_state_ = regions_of_state(system, time, y);
   begin_time_ = time;
-  if (has_stops(system) || has_backlash(system)) begin_y_.assign(y, y + system.size());
+  if ((kinds & (Corners::stops | Corners::backlash)) != 0) begin_y_.assign(y, y + system.size());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {

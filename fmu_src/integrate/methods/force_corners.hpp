@@ -11,11 +11,13 @@
 
 namespace redysim {
 
-bool has_backlash(const System& system);
-// Stops, friction and backlash, at which steps of order 8 are often rejected.
-bool has_corners(const System& system);
-bool has_only_stops(const System& system);   // neither friction nor backlash
-bool has_any_corners(const System& system);  // also contacts and limits of actuators
+// Kinds of corners, as bits.
+struct Corners {
+  static constexpr unsigned stops = 1, friction = 2, backlash = 4, contacts = 8, limits = 16;
+  // of functions of the state: steps of order 8 are often rejected
+  static constexpr unsigned of_state = stops | friction | backlash;
+};
+unsigned corners_of(const System& system);
 
 // Time, s, until a joint reaches a corner of its stop or friction force, at constant accelerations; infinity:
 // never. `slope`: time derivative of the state y.

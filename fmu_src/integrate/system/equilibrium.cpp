@@ -13,7 +13,7 @@ namespace {
 // Step lengths, s^2: initial, maximum and minimum
 constexpr double first_length = 1e-4, longest = 1e4, shortest = 1e-14;
 constexpr double largest_change = 0.2;  // maximum change of a joint in a step, relative to its scale
-constexpr double accurate = 1e-11;      // change relative to its scale, or acceleration to largest_
+constexpr double accurate = 1e-11;      // change relative to its scale, or acceleration to gravity's
 constexpr double rounding = 1e-7;       // acceleration relative to largest_, if it no longer decreases
 constexpr int most_steps = 2000, patience = 10;
 
@@ -45,7 +45,7 @@ class RestSearch {
   bool linearise();
   bool solve();
   bool move();
-  bool settled(double change);
+  bool settled(double change, double limit);
   Rest none_near() const;
   double scaled(const double* values) const {
     double largest = 0;
@@ -64,7 +64,8 @@ class RestSearch {
   std::vector<std::int64_t> pivots_;
   double length_ = first_length;               // step length, s^2
   double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, maximum, minimum
-  int idle_ = 0;                               // number of steps of maximum length that did not decrease it
+  double of_gravity_ = 0;
+  int idle_ = 0;  // number of whole steps of maximum length that did not decrease size_
 };
 
 // Computes the accelerations at y.
@@ -134,11 +135,12 @@ bool RestSearch::move() {
   return evaluate();
 }
 
-bool RestSearch::settled(double change) {
-  if (size_ <= accurate * largest_) return true;
+// The accelerations of stiff and light joints hide those of others: their size alone does not decide.
+bool RestSearch::settled(double change, double limit) {
+  if (size_ <= accurate * of_gravity_) return true;
   if (length_ < longest) return false;
   if (change <= accurate) return true;
-  idle_ = size_ < 0.5 * least_ ? 0 : idle_ + 1;
+  idle_ = size_ < 0.5 * least_ || change > limit ? 0 : idle_ + 1;
   least_ = std::min(least_, size_);
   return idle_ > patience && size_ <= rounding * largest_;
 }
@@ -156,7 +158,8 @@ Rest RestSearch::none_near() const {
 
 Rest RestSearch::find() {
   double limit = largest_change;
-  largest_ = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
+  of_gravity_ = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
+  largest_ = of_gravity_;
   if (!evaluate()) return none_near();
   least_ = size_;
   for (int k = 0; k < most_steps; ++k) {
@@ -164,7 +167,7 @@ Rest RestSearch::find() {
     length_ = std::min(length_, largest_change / size_);
     while (!solve() && length_ > shortest) length_ *= 0.25;
     const double change = scaled(step_.data());
-    if (settled(change)) return {};
+    if (settled(change, limit)) return {};
     if (change > limit)
       for (double& part : step_) part *= limit / change;
     const double size_before = size_;

@@ -63,7 +63,8 @@ bool Automatic::consider_multistep(const Outlook& outlook) {
 }
 
 bool Automatic::adams_pays(const Outlook& outlook) const {
-  if (has_corners(system_)) return false;  // at corners it loses more than it gains between them
+  if ((corners_of(system_) & Corners::of_state) != 0)
+    return false;  // at corners it loses more than it gains between them
   // in long communication steps the gain is small
   const double used = work() - memory_.begun;
   if (outlook.span > Tuning::longest_for_adams * step() && used < Tuning::long_trial_after) return false;
@@ -115,7 +116,7 @@ Choice Automatic::instead_of_other(double radius, const Outlook& outlook) {
 // methods.
 bool Automatic::exponential_pays(double radius, const Outlook& outlook) {
   // a step over many periods would pass corners within it
-  if (choice() == Choice::exponential || !may_try(Choice::exponential) || has_any_corners(system_))
+  if (choice() == Choice::exponential || !may_try(Choice::exponential) || corners_of(system_) != 0)
     return false;
   if (radius * outlook.span < Tuning::fast_vibration || step() * radius > Tuning::bound_by_vibration)
     return false;
