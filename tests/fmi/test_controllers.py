@@ -313,6 +313,26 @@ def test_energy_is_balanced_with_the_controllers_work(mixed, law):
         assert abs(slave.get("energy.work")) > 1e-2
 
 
+PRESSED = """
+name = "pressed"
+link = [{name = "ball", joint = "prismatic", mass = 1, q = 0.2, qd = -1.5}]
+contact = [{name = "floor", link_a = "ball", shape_a = "sphere", radius_a = 0.1, stiffness = 1e5, damping = 0.5}]
+controller = {law = "computed_torque", kp = 0, kd = 0}
+fmu = {outputs = ["energy"]}
+"""
+
+
+@pytest.mark.parametrize("method", [*METHODS, "dirk", "auto"])
+def test_the_work_of_computed_torque_converges_although_the_motion_is_uniform(built, method):
+    """The law cancels the force of the contact, so no error of the motion shows its onset."""
+    for rtol in (1e-6, 1e-8, 1e-10):
+        with Slave(built(PRESSED)) as slave:
+            slave.initialize(start={"solver.method": method, "solver.rtol": rtol})
+            slave.run(0.1, 0.1)
+            assert slave.get("ball.q") == pytest.approx(0.05, abs=1e-9)
+            assert slave.get("energy.work") > 80 and abs(slave.get("energy.balance")) < 100 * rtol, rtol
+
+
 def test_an_added_torque_adds(mixed):
     with Slave(mixed()) as slave:
         slave.initialize()
