@@ -53,7 +53,7 @@ double motion_scale(const Model& model, const Parameters<double>& parameters, in
 double search_scale(const Model& model, const Parameters<double>& parameters, int link) {
   const double scale = motion_scale(model, parameters, link);
   if (turns(model.links[static_cast<std::size_t>(link)].joint)) return scale;
-  return std::max(scale, std::min(moved_by(model, parameters, link).size, largest));
+  return std::max(scale, moved_by(model, parameters, link).size);
 }
 
 }  // namespace redysim

@@ -209,3 +209,10 @@ def test_high_accelerations_of_stiff_or_light_joints_do_not_hide_others(make, li
     assert slave.reals(["pendulum.q", "light.q"]) == pytest.approx([0, 0], abs=1e-8)
     slave.run(0.2, 0.1)
     assert slave.get("pendulum.q") == pytest.approx(0, abs=1e-8)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1, 1000])
+def test_a_slider_sinks_by_several_times_its_size(make, size):
+    fields = f'name = "mass", joint = "prismatic", mass = 2, com = [{size}, 0, 0], stiffness = {2 * G / (5 * size)}'
+    slave = begin(make(f'name = "sag"\nstart = "equilibrium"\nlink = [{{{fields}}}]\n'))
+    assert slave.get("mass.q") == pytest.approx(-5 * size, rel=1e-9)
