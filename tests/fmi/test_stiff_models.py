@@ -153,6 +153,25 @@ def test_a_short_touch_is_noticed(built, what, depth, step, method):
     assert ends[0] == pytest.approx(ends[2], abs=1e-4) and ends[1] == pytest.approx(ends[2], abs=5e-5 if method == "dirk" else 1e-5)
 
 
+# two masses on a spring that slide at 0.5 m/s and vibrate; the torque balances the friction of the first
+SLIDING = """name = "sliding"
+gravity = [0, 0, 0]
+link = [
+  {name = "x", joint = "prismatic", mass = 1, qd = 1.0005, friction = 5, friction_velocity = 1e-5},
+  {name = "z", parent = "ground", joint = "prismatic", mass = 1},
+]
+coupling = [{name = "c", joints = ["x", "z"], ratios = [1, -1], stiffness = 50}]
+"""
+
+
+@pytest.mark.parametrize("method", ["erk", "auto", "adams", "bdf", "dirk"])
+def test_short_reversals_against_friction_are_noticed(built, method):
+    """Its velocity falls to -5e-4 m/s for a few ms, then sticks. End computed by scipy's Radau at 1e-12."""
+    with Slave(built(SLIDING)) as slave:
+        slave.initialize(start={"solver.method": method, "solver.rtol": 1e-8, "x.tau": 5.0}).run(4, 0.4)
+        assert slave.get("x.q") == pytest.approx(2.03829489, abs=3e-6)
+
+
 @pytest.mark.parametrize("method", ["adams", "bdf", "dirk"])
 def test_states_saved_around_a_short_touch(built, method):
     """The stop is touched from 0.155 to 0.159 s; CVODE returns to the start of the step and restarts there."""

@@ -176,18 +176,20 @@ Outcome Cvode::restart_between_steps(double time, const double* y) {
   return {};
 }
 
-// Whether the last step misses a short touch of a stop or of the end of a play: then CVODE restarts at its
-// start and will end a step at the touch. The first step after a restart, the shortest possible, is kept.
-bool Cvode::returns_to_touch(Outcome& outcome) {
-  if (!corners_.watches() || steps_taken_ == 1) return false;
+// Time of a short touch, or of a short reversal, that the last step misses; infinity: none. The first step
+// after a restart is not repeated.
+double Cvode::missed_touch() {
+  if (!corners_.watches() || steps_taken_ == 1) return std::numeric_limits<double>::infinity();
   error_weights_.evaluate(data(ahead_), data(weights_));
-  const double touch =
-      corners_.time_of_short_touch(system_, absolute(ahead_time_), data(ahead_), data(weights_));
-  if (!std::isfinite(touch)) return false;
+  return corners_.time_of_short_touch(system_, absolute(ahead_time_), data(ahead_), data(weights_));
+}
+
+// Restarts at the start of the last step; a step will end at the touch.
+Outcome Cvode::return_to(double touch) {
   ++statistics_.rejected;
-  outcome = restart_between_steps(corners_.begin_time(), corners_.begin_state());
+  Outcome outcome = restart_between_steps(corners_.begin_time(), corners_.begin_state());
   restart_.touch = touch - restart_.time;
-  return true;
+  return outcome;
 }
 
 // End of the next step, in CVODE's time, for a step size of at most `step`. Steps end at the breakpoints of
@@ -288,8 +290,8 @@ Outcome Cvode::step_past(double& end) {
     const int flag = take_step();
     if (flag < 0) return failed(flag);
     if (!(ahead_time_ > before)) return failure(absolute(before), reasons::step_too_small);
-    Outcome outcome;
-    if (returns_to_touch(outcome)) {
+    if (const double touch = missed_touch(); std::isfinite(touch)) {
+      Outcome outcome = return_to(touch);
       if (!outcome.ok) return outcome;
       continue;
     }

@@ -71,7 +71,8 @@ class Cvode final : public Integrator {
   bool restart(double time, const double* y, bool repeated);
   void reset_cvode();
   Outcome restart_between_steps(double time, const double* y);
-  bool returns_to_touch(Outcome& outcome);
+  double missed_touch();
+  Outcome return_to(double touch);
   Outcome step_past(double& end);
   void set_stop();
   double next_step() const;

@@ -99,7 +99,6 @@ class Dirk final : public OneStep {
   long unsolved_before_ = 0;
   bool too_short_ = false;  // the step to repeat is below the minimum
   CornerWatch corners_;
-  std::vector<double> weights_;  // for corners_
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
@@ -108,7 +107,6 @@ Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)
       end_state_(scratch_->vectors[1]),
       jacobian_(scratch_->jacobian()) {
   if (system.with_work() && system.plan().has_motion()) stage_state_ = stage_slope_ = y_;
-  weights_ = y_;
   build();
 }
 
@@ -220,10 +218,10 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
 double Dirk::error_with_corners(double since, const double* y, double error) {
   const double time = absolute(since);
   if (corners_.crosses(system_, time, y)) return Tuning::doubt_of_corner * error;
-  error_weights_.evaluate(y, weights_.data());
-  return std::isfinite(corners_.time_of_short_touch(system_, time, y, weights_.data()))
-             ? Tuning::error_of_corner
-             : error;
+  double* weights = candidate_;  // not needed here: ARKStep holds the states
+  error_weights_.evaluate(y, weights);
+  return std::isfinite(corners_.time_of_short_touch(system_, time, y, weights)) ? Tuning::error_of_corner
+                                                                                : error;
 }
 
 bool Dirk::is_doubtful(double since, const double* y, double h, double error) {

@@ -25,51 +25,58 @@ void each_actuator(const System& system, Visit visit) {
   for (int k = 0; actuators && k < actuators->size(); ++k) visit(*actuators, k);
 }
 
-// A point within a step: its share of the step and the value there.
-struct Within {
-  double share, value;
-};
-
-// Maximum of the cubic polynomial p on [0, 1] with p(0) = 0, p(1) = end and slopes of opposite sign, the
-// first positive.
-Within farthest_between(double first_slope, double last_slope, double end) {
-  const double a = 3 * (first_slope + last_slope - 2 * end),
-               b = 6 * end - 4 * first_slope - 2 * last_slope;  // p' = first_slope + b s + a s^2
-  const double root = std::sqrt(std::max(0.0, b * b - 4 * a * first_slope));
-  // without cancellation; p' decreases through zero
-  const double s = b < 0 ? 2 * first_slope / (root - b) : (-b - root) / (2 * a);
-  return {s, s * (first_slope + s * (b / 2 + s * a / 3))};
-}
-constexpr double error_of_turn = 0.05;  // of this maximum, relative to its distance from both ends
-
 // A coordinate and its rate.
 struct Moving {
   double value, rate;
 };
 
-// A coordinate that may leave the interval (low, high) by more than the tolerance.
+// A coordinate inside an interval (low, high), which it may leave by more than the tolerance.
 struct Bounded {
   double low, high, tolerance;
 };
 
-// A step of a coordinate.
-struct Step {
-  Moving begin, end;
-  double h;  // s
-};
+// A step of a coordinate, by the cubic polynomial through positions and velocities. Its velocity at the share
+// s of the step: rate + b s + c s^2.
+class Step {
+ public:
+  Step(const Moving& begin, const Moving& end, double h)
+      : begin_(begin),
+        end_(end),
+        h_(h),
+        c_(3 * (begin.rate + end.rate - 2 * (end.value - begin.value) / h)),
+        b_(end.rate - begin.rate - c_) {}
 
-// Share of a step after which a coordinate inside its bounds at both ends is farthest outside; infinity: it
-// stays inside.
-double share_outside(const Step& step, const Bounded& bounds) {
-  const Moving &begin = step.begin, &end = step.end;
-  if (!(begin.rate * end.rate < 0)) return never;
-  const double side = begin.rate > 0 ? 1 : -1, limit = begin.rate > 0 ? bounds.high : -bounds.low;
-  const double from = side * begin.value, to = side * end.value, last = std::max(from, to);
-  const Within turn = farthest_between(step.h * side * begin.rate, step.h * side * end.rate, to - from);
-  const double farthest = from + turn.value;
-  const bool leaves = last < limit && farthest + error_of_turn * (farthest - last) > limit + bounds.tolerance;
-  return leaves ? turn.share : never;
-}
+  // Share of the step after which the position is farthest outside its bounds, in which it begins and ends;
+  // infinity: it stays inside.
+  double share_outside(const Bounded& bounds) const {
+    if (!(begin_.rate * end_.rate < 0)) return never;
+    const double rate = begin_.rate,
+                 root = std::copysign(std::sqrt(std::max(0.0, b_ * b_ - 4 * c_ * rate)), rate);
+    // without cancellation; the velocity passes zero towards the other side
+    const double s = b_ * rate < 0 ? 2 * rate / (root - b_) : (-b_ - root) / (2 * c_);
+    const double turn = begin_.value + h_ * s * (rate + s * (b_ / 2 + s * c_ / 3));
+    return leaves(begin_.value, end_.value, turn, bounds) ? s : never;
+  }
+
+  // The same for the velocity.
+  double share_outside_by_rate(const Bounded& bounds) const {
+    const double s = -b_ / (2 * c_);
+    const bool turns = 0 < s && s < 1;
+    return turns && leaves(begin_.rate, end_.rate, begin_.rate + s * b_ / 2, bounds) ? s : never;
+  }
+
+ private:
+  // `turn`: the value farthest from both ends.
+  static bool leaves(double from, double to, double turn, const Bounded& bounds) {
+    constexpr double error = 0.05;  // of `turn`, relative to its distance from both ends
+    const double side = turn > from ? 1 : -1, limit = turn > from ? bounds.high : -bounds.low;
+    const double last = std::max(side * from, side * to), farthest = side * turn;
+    return last < limit && farthest + error * (farthest - last) > limit + bounds.tolerance;
+  }
+
+  Moving begin_, end_;
+  double h_, c_, b_;
+};
 
 // Combines the regions of several force laws into one code.
 struct Regions {
@@ -139,15 +146,6 @@ Moving sum_of(const ElasticCouplingPlan& coupling, const System::Coordinates& at
   return {coupling_sum(coupling, at.q, coupling.offset), coupling_sum(coupling, at.qd, 0.0)};
 }
 
-double tolerance_of(const System& system, const ElasticCouplingPlan& coupling, const double* weights) {
-  double tolerance = 0;
-  for (int i = 0; i < system.simple(); ++i)
-    for (std::size_t k = 0; k < coupling.joints.size(); ++k)
-      if (coupling.joints[k] == system.joint_of(i))
-        tolerance += std::fabs(coupling.ratios[k]) / weights[system.layout().q[i]];
-  return tolerance;
-}
-
 Moving twist_of(const System::Coordinates& at, const Actuators& actuators, int k, const double* y) {
   const auto places = actuators.places(k);
   return {twist(actuators, k, y[places.motor_q], at.q), twist(actuators, k, y[places.motor_qd], at.qd)};
@@ -159,41 +157,53 @@ struct WholeStep {
   const double *begin, *end;
 };
 
-// CornerWatch::time_of_short_touch as a share of the step, for stops.
-double share_in_stop(const System& system, const WholeStep& step, const double* weights) {
+// The interval between the corners of friction, -reversal and reversal, that contains a velocity.
+Bounded between_reversals(double speed, double reversal, double tolerance) {
+  const double low = speed > reversal ? reversal : speed < -reversal ? -never : -reversal;
+  const double high = speed > reversal ? never : speed < -reversal ? -reversal : reversal;
+  return {low, high, tolerance};
+}
+
+// CornerWatch::time_of_short_touch as a share of the step, for stops and friction.
+double share_in_joints(const System& system, const WholeStep& step, const double* weights) {
   const StateLayout& layout = system.layout();
   double earliest = never;
   for (int i = 0; i < system.simple(); ++i) {
+    if (!resists(system, i)) continue;
     const int joint = system.joint_of(i), position = layout.q[i], rate = layout.qd[i];
-    if (!system.plan().joints[joint].has_stops) continue;
     const Resistance<double>& of = system.plan().resistances[joint];
-    earliest = std::min(earliest, share_outside({{step.begin[position], step.begin[rate]},
-                                                 {step.end[position], step.end[rate]},
-                                                 step.end_time - step.begin_time},
-                                                {of.lower, of.upper, 1 / weights[position]}));
+    const Step own({step.begin[position], step.begin[rate]}, {step.end[position], step.end[rate]},
+                   step.end_time - step.begin_time);
+    if (system.plan().joints[joint].has_stops)
+      earliest = std::min(earliest, own.share_outside({of.lower, of.upper, 1 / weights[position]}));
+    if (system.plan().joints[joint].has_friction)
+      earliest = std::min(earliest, own.share_outside_by_rate(between_reversals(
+                                        step.begin[rate], 1 / of.per_velocity, 1 / weights[rate])));
   }
   return earliest;
 }
 
-// CornerWatch::time_of_short_touch as a share of the step, for the play of couplings and gears.
-double share_beyond_play(System& system, const WholeStep& step, const double* weights) {
+// CornerWatch::time_of_short_touch as a share of the step, for the play of an elastic law.
+double share_beyond_play(const ElasticLaw& law, const Step& step) {
+  constexpr double negligible = 1e-6;  // depth relative to the width of the onset
+  return step.share_outside({-law.half_play, law.half_play, negligible * law.width});
+}
+
+// The same for all couplings and gears.
+double share_beyond_plays(System& system, const WholeStep& step) {
   const double h = step.end_time - step.begin_time;
   double earliest = never;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings) {
     if (!(coupling.half_play > 0)) continue;
     const Moving before = sum_of(coupling, system.coordinates(step.begin_time, step.begin)),
                  after = sum_of(coupling, system.coordinates(step.end_time, step.end));
-    earliest =
-        std::min(earliest, share_outside({before, after, h}, {-coupling.half_play, coupling.half_play,
-                                                              tolerance_of(system, coupling, weights)}));
+    earliest = std::min(earliest, share_beyond_play(coupling, {before, after, h}));
   }
   each_actuator(system, [&](const Actuators& of, int k) {
     if (!of.law(k).has_backlash()) return;
     const Moving before = twist_of(system.coordinates(step.begin_time, step.begin), of, k, step.begin),
                  after = twist_of(system.coordinates(step.end_time, step.end), of, k, step.end);
-    const double play = gear_law(of.law(k)).half_play;
-    const double tolerance = 1 / (weights[of.places(k).motor_q] * std::fabs(of.law(k).gear_ratio));
-    earliest = std::min(earliest, share_outside({before, after, h}, {-play, play, tolerance}));
+    earliest = std::min(earliest, share_beyond_play(gear_law(of.law(k)), {before, after, h}));
   });
   return earliest;
 }
@@ -201,14 +211,14 @@ double share_beyond_play(System& system, const WholeStep& step, const double* we
 }  // namespace
 
 unsigned corners_of(const System& system) {
-  unsigned kinds = system.plan().has_contacts() ? Corners::contacts : 0;
+  unsigned kinds = system.plan().has_contacts() * Corners::of_evaluation;
   for (const JointPlan<double>& joint : system.plan().joints)
-    kinds |= (joint.has_stops ? Corners::stops : 0) | (joint.has_friction ? Corners::friction : 0);
+    kinds |= joint.has_stops * Corners::stops | joint.has_friction * Corners::friction;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
-    if (coupling.half_play > 0) kinds |= Corners::backlash;
+    kinds |= (coupling.half_play > 0) * Corners::backlash;
   each_actuator(system, [&](const Actuators& of, int k) {
     const Actuator& law = of.law(k);
-    kinds |= (law.has_backlash() ? Corners::backlash : 0) | (law.has_limits() ? Corners::limits : 0);
+    kinds |= law.has_backlash() * Corners::backlash | law.has_limits() * Corners::of_evaluation;
   });
   return kinds;
 }
@@ -232,8 +242,7 @@ double CornerWatch::time_of_short_touch(System& system, double time, const doubl
                                         const double* weights) const {
   if (begin_y_.empty()) return never;
   const WholeStep step{begin_time_, time, begin_y_.data(), y};
-  const double share =
-      std::min(share_in_stop(system, step, weights), share_beyond_play(system, step, weights));
+  const double share = std::min(share_in_joints(system, step, weights), share_beyond_plays(system, step));
   return begin_time_ + share * (time - begin_time_);
 }
 
@@ -243,7 +252,7 @@ void CornerWatch::begin(System& system, double time, const double* y) {
   if (!watches_) return;
   of_state_ = regions_of_state(system, time, y);
   begin_time_ = time;
-  if ((kinds & (Corners::stops | Corners::backlash)) != 0) begin_y_.assign(y, y + system.size());
+  if ((kinds & Corners::of_state) != 0) begin_y_.assign(y, y + system.size());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {

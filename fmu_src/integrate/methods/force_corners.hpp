@@ -13,9 +13,9 @@ namespace redysim {
 
 // Kinds of corners, as bits.
 struct Corners {
-  static constexpr unsigned stops = 1, friction = 2, backlash = 4, contacts = 8, limits = 16;
-  // of functions of the state: steps of order 8 are often rejected
-  static constexpr unsigned of_state = stops | friction | backlash;
+  static constexpr unsigned stops = 1, friction = 2, backlash = 4;
+  static constexpr unsigned of_state = stops | friction | backlash;  // steps of order 8 are often rejected
+  static constexpr unsigned of_evaluation = 8;                       // contacts and limits of actuators
 };
 unsigned corners_of(const System& system);
 
@@ -30,20 +30,21 @@ class CornerWatch {
   void begin(System& system, double time, const double* y);
   bool watches() const { return watches_; }  // there are corners
   double begin_time() const { return begin_time_; }
-  const double* begin_state() const { return begin_y_.data(); }  // if there are stops or backlash
+  const double* begin_state() const { return begin_y_.data(); }  // if there are corners of the state
   // Begins an attempt of this step.
   void attempt() { crosses_ = noted_ = false; }
   // Notes a stage of the attempt; call it after the right-hand side.
   void note(System& system, double time, const double* y);
   // Whether the attempt, which ends at this state, crosses a corner.
   bool crosses(System& system, double time, const double* y) const;
-  // Time at which a joint is deepest in a stop, or a coupling or gear beyond the end of its play, if it
-  // reaches and leaves it within the step to this state, by the cubic polynomial through positions and
-  // velocities; infinity: none does. `weights` of the state: a depth below the tolerance does not count.
+  // Time at which a joint is deepest in a stop or in a reversal against friction, or a coupling or gear
+  // beyond the end of its play, if it reaches and leaves it within the step to this state, by the cubic
+  // polynomial through positions and velocities; infinity: none does. `weights` of the state: a depth in a
+  // stop or reversal below the tolerance does not count.
   double time_of_short_touch(System& system, double time, const double* y, const double* weights) const;
 
  private:
-  // The start of the step; empty: there are neither stops nor backlash.
+  // The start of the step; empty: there are neither stops nor friction nor backlash.
   double begin_time_ = 0;
   std::vector<double> begin_y_;
   bool watches_ = false, noted_ = false, crosses_ = false;

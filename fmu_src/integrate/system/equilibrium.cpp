@@ -38,9 +38,16 @@ class RestSearch {
     for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
   }
 
+  RestSearch(const RestSearch&) = delete;
+  RestSearch& operator=(const RestSearch&) = delete;
+  ~RestSearch() { rest_actuators(false); }
+
   Rest find();
 
  private:
+  void rest_actuators(bool resting) {
+    if (system_.actuators()) system_.actuators()->rest(resting);
+  }
   bool evaluate();
   bool linearise();
   bool solve();
@@ -157,6 +164,7 @@ Rest RestSearch::none_near() const {
 }
 
 Rest RestSearch::find() {
+  rest_actuators(true);
   double limit = largest_change;
   of_gravity_ = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
   largest_ = of_gravity_;
@@ -184,21 +192,6 @@ Rest RestSearch::find() {
   return none_near();
 }
 
-// Actuators rest while this exists, also if memory for the search lacks.
-class RestingActuators {
- public:
-  explicit RestingActuators(Actuators* actuators) : actuators_(actuators) { rest(true); }
-  RestingActuators(const RestingActuators&) = delete;
-  RestingActuators& operator=(const RestingActuators&) = delete;
-  ~RestingActuators() { rest(false); }
-
- private:
-  void rest(bool resting) {
-    if (actuators_) actuators_->rest(resting);
-  }
-  Actuators* actuators_;
-};
-
 }  // namespace
 
 Rest find_rest(System& system, const std::vector<double>& scales, double time, double* y) {
@@ -209,11 +202,7 @@ Rest find_rest(System& system, const std::vector<double>& scales, double time, d
       return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
   if (system.nv() == 0) return {};
   std::vector<double> given(y, y + system.size());
-  Rest rest;
-  {
-    const RestingActuators resting(system.actuators());
-    rest = RestSearch(system, scales, time, y).find();
-  }
+  const Rest rest = RestSearch(system, scales, time, y).find();
   if (system.actuators()) system.actuators()->set_rest(y);
   if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
   return rest;
