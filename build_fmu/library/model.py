@@ -21,7 +21,7 @@ from build_fmu.identify.parameters import Plant
 from build_fmu.identify.run import Identification, Run, identify
 from build_fmu.library.arguments import finite, positive, whole
 from build_fmu.library.batch import Runs, parted, simulate_batch, simulate_on_cluster
-from build_fmu.library.evaluation import Evaluation
+from build_fmu.library.evaluation import INDEPENDENT, Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
 from build_fmu.library.regression import plant_of, torques_on
@@ -39,6 +39,7 @@ START_OF_VELOCITY = re.compile(r"\.(qd|omega)0(\[\d\])?$")
 TERMS = ("acceleration", "mass_matrix", "bias")
 DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
 WHOLE = 1e-9  # of the stop time: rounding of a number of steps
+SAME_POSE = 1e-6  # rad or m
 HELD = 1e-9  # of the largest acceleration that a holding force removes
 
 
@@ -304,18 +305,39 @@ class Model:
         return np.array(session.read(self.states))
 
     def equilibrium(self, u: ArrayLike | None = None, q: ArrayLike | None = None) -> np.ndarray:
-        """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found."""
-        return self._at_rest(u, q)[1]
+        """Returns the state at rest nearest to q (default: the start) under held inputs u; raises UserError if none is found.
+
+        Also if its coordinates in loops, which belong to the start pose, are others there: use `start_at_rest` then.
+        """
+        starts, x = self._at_rest(u, q)
+        if not self._is_pose(x, starts):
+            raise UserError("the independent coordinates of the loops at rest are not those at the start: use `start_at_rest`")
+        return x
 
     def start_at_rest(self, u: ArrayLike | None = None) -> np.ndarray:
         """Makes this equilibrium the start of a model with loops, whose coordinates are chosen there; returns the state at rest."""
         starts, x = self._at_rest(u, None)
-        if self.states == self._equations().states:
+        if not self._has_loops():
             return x
         found = dict(zip(self.states, x, strict=True))
         self._parameters = self.parameters | starts
         start = dict(zip(self.states, self.start(), strict=True))
-        return np.array([found.get(n, value) if _start_of(n) not in starts else value for n, value in start.items()])
+        of_loops = starts.keys() | {_start_of(n) for n in self._unnamed_states()}
+        return np.array([found.get(n, value) if _start_of(n) not in of_loops else value for n, value in start.items()])
+
+    def _is_pose(self, x: np.ndarray, starts: dict[str, float]) -> bool:
+        """Returns whether x, read by its names from another instance, is the pose with these start values of all joints."""
+        if not self._has_loops():
+            return True
+        # a quaternion and its negative are the same orientation
+        return all(abs(abs(value) - abs(starts[n])) < SAME_POSE * max(1, abs(value)) for n, value in self.start_values(x).items())
+
+    def _has_loops(self) -> bool:
+        return any(INDEPENDENT.fullmatch(n) for n in self._equations().states)
+
+    def _unnamed_states(self) -> list[str]:
+        """Returns the independent coordinates that are no joint's position: their meaning belongs to the start pose."""
+        return [n for n in self.states if INDEPENDENT.fullmatch(n)]
 
     def _at_rest(self, u: ArrayLike | None, q: ArrayLike | None) -> tuple[dict[str, float], np.ndarray]:
         x, u = self._point(None if q is None else self.state(q), u)

@@ -13,6 +13,10 @@ const Ball* ball_of(const Model& model, std::size_t link) {
   return nullptr;
 }
 
+void append(std::vector<double>& to, const double* numbers, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k) to.push_back(numbers[k]);
+}
+
 void add_actuators(const Model& model, std::vector<double>& states) {
   std::vector<double> positions, velocities, others;
   for (const Actuator& actuator : model.actuators) {
@@ -22,24 +26,20 @@ void add_actuators(const Model& model, std::vector<double>& states) {
       positions.push_back(actuator.gear_ratio * joint.q0);
       velocities.push_back(actuator.gear_ratio * joint.qd0);
     }
-    others.insert(others.end(), actuator.has_inductance() + actuator.lags(), 0.0);
+    others.resize(others.size() + actuator.has_inductance() + actuator.lags());
   }
-  for (const auto* part : {&positions, &velocities, &others})
-    states.insert(states.end(), part->begin(), part->end());
+  for (const auto* part : {&positions, &velocities, &others}) append(states, part->data(), part->size());
 }
 
 StateToApply start_state(const Model& model) {
   StateToApply state;
   if (!model.fmu.shows(OutputGroup::state)) return state;
-  const auto append = [](std::vector<double>& to, const auto& numbers) {
-    to.insert(to.end(), numbers.begin(), numbers.end());
-  };
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Joint& joint = model.links[i].joint;
     if (const Ball* ball = ball_of(model, i)) {
       if (ball->chart_link != static_cast<int>(i)) continue;
-      append(state.q, ball->quaternion);
-      append(state.qd, ball->omega);
+      append(state.q, ball->quaternion.data(), ball->quaternion.size());
+      append(state.qd, ball->omega.data(), ball->omega.size());
     } else if (moves(joint)) {
       state.q.push_back(joint.q0);
       state.qd.push_back(joint.qd0);

@@ -333,6 +333,24 @@ def test_the_work_of_computed_torque_converges_although_the_motion_is_uniform(bu
             assert slave.get("energy.work") > 80 and abs(slave.get("energy.balance")) < 100 * rtol, rtol
 
 
+WHIRL = """
+name = "whirl"
+link = [{name = "rod", mass = 1, com = [1, 0, 0], alpha = 1.5707963267948966, qd = 6}]
+controller = {law = "gravity_compensation", kp = 0, kd = 0}
+fmu = {outputs = ["energy"]}
+"""
+
+
+@pytest.mark.parametrize("method", [*METHODS, "dirk", "auto"])
+@pytest.mark.parametrize("step", [0.05, 1])
+def test_the_work_of_gravity_compensation_converges_although_the_motion_is_uniform(built, method, step):
+    with Slave(built(WHIRL)) as slave:
+        slave.initialize(start={"solver.method": method, "solver.rtol": 1e-9})
+        slave.run(1, step)
+        assert slave.get("rod.q") == pytest.approx(6, abs=1e-8)
+        assert slave.get("energy.work") == pytest.approx(9.81 * np.sin(6), abs=1e-6)
+
+
 def test_an_added_torque_adds(mixed):
     with Slave(mixed()) as slave:
         slave.initialize()

@@ -216,3 +216,44 @@ def test_a_slider_sinks_by_several_times_its_size(make, size):
     fields = f'name = "mass", joint = "prismatic", mass = 2, com = [{size}, 0, 0], stiffness = {2 * G / (5 * size)}'
     slave = begin(make(f'name = "sag"\nstart = "equilibrium"\nlink = [{{{fields}}}]\n'))
     assert slave.get("mass.q") == pytest.approx(-5 * size, rel=1e-9)
+
+
+# a heavy turret that is softly held, beside a stiff slider that starts off its rest position
+SLOW = """name = "slow"
+start = "equilibrium"
+link = [
+  {name = "stiff", joint = "prismatic", mass = 1, stiffness = 100, q = 0.1},
+  {name = "turret", parent = "ground", inertia = [1e4, 1e4, 1e4], stiffness = 0.1, q = 1},
+]
+"""
+CART = 'name = "cart", parent = "ground", joint = "prismatic", alpha = 1.5707963267948966, mass = 1'
+# forces of very different sizes: rounding errors of one are large for another
+TREE = """name = "tree"
+start = "equilibrium"
+link = [
+  {name = "l0", joint = "prismatic", mass = 0.06963541444978646, stiffness = 19482.010159542053},
+  {name = "l1", parent = "l0", joint = "prismatic", mass = 0.03384073651222049, stiffness = 0.5415821697161556, rest = 0.1},
+  {name = "l2", parent = "l0", joint = "prismatic", mass = 0.02166262840179719, stiffness = 27913.354456814217, rest = 0.2},
+]
+"""
+
+
+def test_a_slow_joint_rests_at_its_equilibrium(make):
+    assert begin(make(SLOW)).get("turret.q") == pytest.approx(0, abs=1e-8)
+
+
+def test_rounding_errors_do_not_hide_the_equilibrium(make):
+    masses, stiffness = (
+        (0.06963541444978646, 0.03384073651222049, 0.02166262840179719),
+        (19482.010159542053, 0.5415821697161556, 27913.354456814217),
+    )
+    expected = [-G * sum(masses) / stiffness[0], 0.1 - G * masses[1] / stiffness[1], 0.2 - G * masses[2] / stiffness[2]]
+    assert begin(make(TREE)).reals(["l0.q", "l1.q", "l2.q"]) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("force", [1e-3, 1e-6, 1e-9])
+def test_a_free_joint_under_a_small_force_has_no_rest(make, force):
+    cart = SLOW.replace('name = "turret", parent = "ground", inertia = [1e4, 1e4, 1e4], stiffness = 0.1, q = 1', CART)
+    slave = make(cart)
+    assert slave.set("cart.tau", force) == OK and slave.call("ExitInitializationMode") != OK
+    assert any("no rest configuration near the start positions; joint 'cart'" in text for text in slave.errors), slave.errors

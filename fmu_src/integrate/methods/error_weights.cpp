@@ -14,9 +14,9 @@ ErrorWeights::ErrorWeights(const System& system, double rtol, double atol)
   constexpr double turn = 2 * pi;
   const auto& work = system.layout().work;
   cap_.assign(static_cast<std::size_t>(work.begin), std::numeric_limits<double>::max());
-  // the state does not show the forces of prescribed joints and of computed torque
+  // the state does not show the forces of prescribed joints and of laws that cancel forces
   const Control* control = system.control();
-  const bool computes = control && control->law() == Law::computed_torque && !control->is_sampled();
+  const bool computes = control && control->internal_plan() && !control->is_sampled();
   weighted_ = system.has_prescribed_joints() || computes ? work.end() : work.begin;
   for (int i = 0; i < system.simple(); ++i)
     if (turns(system.plan().joints[system.joint_of(i)])) cap_[i] = turn;

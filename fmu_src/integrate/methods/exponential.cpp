@@ -108,7 +108,8 @@ double Exponential::attempt_error(double h) {
   const std::size_t size = y_.size();
   double* u = candidate_;
   std::copy_n(result_, size, u);
-  combined_.assign(u, u + size);
+  combined_.resize(size);
+  std::copy_n(u, size, combined_.begin());
   phi_.add(1, h, slope_.data(), combined_.data(), 0.5 * h, u);
   if (depends_on_time()) phi_.add(2, h * h, slope_by_time_.data(), combined_.data(), 0.25 * h * h, u);
   if (!remainder(0.5, h, u, second_.data())) return infinite;

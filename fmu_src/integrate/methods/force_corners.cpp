@@ -252,7 +252,9 @@ void CornerWatch::begin(System& system, double time, const double* y) {
   if (!watches_) return;
   of_state_ = regions_of_state(system, time, y);
   begin_time_ = time;
-  if ((kinds & Corners::of_state) != 0) begin_y_.assign(y, y + system.size());
+  if ((kinds & Corners::of_state) == 0) return;
+  begin_y_.resize(static_cast<std::size_t>(system.size()));
+  std::copy_n(y, begin_y_.size(), begin_y_.begin());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {

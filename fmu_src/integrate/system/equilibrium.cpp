@@ -11,11 +11,13 @@ namespace redysim {
 namespace {
 
 // Step lengths, s^2: initial, maximum and minimum
-constexpr double first_length = 1e-4, longest = 1e4, shortest = 1e-14;
+constexpr double first_length = 1e-4, longest = 1e8, shortest = 1e-14;
 constexpr double largest_change = 0.2;  // maximum change of a joint in a step, relative to its scale
-constexpr double accurate = 1e-11;      // change relative to its scale, or acceleration to gravity's
-constexpr double rounding = 1e-7;       // acceleration relative to largest_, if it no longer decreases
-constexpr int most_steps = 2000, patience = 10;
+constexpr double accurate = 1e-11;      // change in a step of maximum length
+constexpr double of_weights = 1e-13;    // rounding error of balanced weights, relative to gravity
+// rounding errors of accelerations: measured `probes` times at distances of `probe` times the scales
+constexpr double probe = 1e-13, uncertainty = 8;
+constexpr int probes = 3, most_steps = 2000;
 
 class RestSearch {
  public:
@@ -31,6 +33,7 @@ class RestSearch {
         factors_(tangent_),
         slope_(static_cast<std::size_t>(system.size())),
         before_(slope_),
+        probed_(slope_),
         step_(count_),
         scales_(scales),
         pivots_(step_.size()) {
@@ -52,7 +55,10 @@ class RestSearch {
   bool linearise();
   bool solve();
   bool move();
-  bool settled(double change, double limit);
+  bool settled(double change);
+  bool is_rounding();
+  void displace(const double* step, double* y) const;
+  double product(const double* a, const double* b);
   Rest none_near() const;
   double scaled(const double* values) const {
     double largest = 0;
@@ -66,20 +72,17 @@ class RestSearch {
   double* y_;
   std::size_t first_velocity_, count_;  // start and number of the velocities in y
   DenseJacobian jacobian_;
-  std::vector<double> matrix_, tangent_, factors_, slope_, before_, step_, scales_;
+  std::vector<double> matrix_, tangent_, factors_, slope_, before_, probed_, step_, scales_;
   std::vector<double*> columns_;
   std::vector<std::int64_t> pivots_;
-  double length_ = first_length;               // step length, s^2
-  double size_ = 0, largest_ = 0, least_ = 0;  // scaled accelerations: now, maximum, minimum
-  double of_gravity_ = 0;
-  int idle_ = 0;  // number of whole steps of maximum length that did not decrease size_
+  double length_ = first_length;  // step length, s^2
+  double size_ = 0;               // scaled accelerations
 };
 
 // Computes the accelerations at y.
 bool RestSearch::evaluate() {
   if (system_.slope_within_step(time_, y_, slope_.data()) != Status::ok) return false;
   size_ = scaled(&slope_[first_velocity_]);
-  largest_ = std::max(largest_, size_);
   return true;
 }
 
@@ -120,36 +123,70 @@ bool RestSearch::solve() {
   const double* accelerations = &slope_[first_velocity_];
   std::copy_n(accelerations, count_, step_.begin());
   solve_lu(columns_.data(), n, pivots_.data(), step_.data());
-  double along = 0;
-  for (std::size_t k = 0; k < step_.size(); ++k)
-    along += step_[k] / scales_[k] * (accelerations[k] / scales_[k]);
-  return along >= 0 && std::isfinite(along);
+  return product(step_.data(), accelerations) >= 0;
 }
 
-// Moves y by step_ and projects it onto the loops.
-bool RestSearch::move() {
+// Product of two directions in the mass metric, in which the accelerations of conservative forces have a
+// symmetric derivative; up to a positive factor, by energies.
+double RestSearch::product(const double* a, const double* b) {
+  const double of_a = scaled(a), of_b = scaled(b);
+  if (of_a == 0 || of_b == 0) return 0;
+  double difference = 0;
+  for (const double sign : {1.0, -1.0}) {
+    std::copy_n(y_, before_.size(), before_.begin());
+    for (std::size_t k = 0; k < count_; ++k) before_[first_velocity_ + k] = a[k] / of_a + sign * b[k] / of_b;
+    difference += sign * system_.kinetic_energy(time_, before_.data());
+  }
+  return difference;
+}
+
+// Adds a step to the positions of y.
+void RestSearch::displace(const double* step, double* y) const {
   const StateLayout& layout = system_.layout();
-  for (int k = 0; k < system_.simple(); ++k) y_[layout.q[k]] += step_[k];
+  for (int k = 0; k < system_.simple(); ++k) y[layout.q[k]] += step[k];
   for (int ball = 0; ball < system_.balls(); ++ball) {
-    double rate[4], *quaternion = layout.quaternion.of(y_, ball), squared = 0;
-    quaternion_rate(quaternion, &step_[layout.omega[ball] - system_.nq()], rate);
+    double rate[4], *quaternion = layout.quaternion.of(y, ball), squared = 0;
+    quaternion_rate(quaternion, &step[layout.omega[ball] - system_.nq()], rate);
     for (int k = 0; k < 4; ++k) quaternion[k] += rate[k];
     for (int k = 0; k < 4; ++k) squared += quaternion[k] * quaternion[k];
     for (int k = 0; k < 4; ++k) quaternion[k] /= std::sqrt(squared);
   }
+}
+
+// Moves y by step_ and projects it onto the loops.
+bool RestSearch::move() {
+  displace(step_.data(), y_);
   if (system_.project(time_, y_, nullptr) != Status::ok) return false;
   std::fill_n(y_ + first_velocity_, count_, 0.0);
   return evaluate();
 }
 
-// The accelerations of stiff and light joints hide those of others: their size alone does not decide.
-bool RestSearch::settled(double change, double limit) {
-  if (size_ <= accurate * of_gravity_) return true;
-  if (length_ < longest) return false;
-  if (change <= accurate) return true;
-  idle_ = size_ < 0.5 * least_ || change > limit ? 0 : idle_ + 1;
-  least_ = std::min(least_, size_);
-  return idle_ > patience && size_ <= rounding * largest_;
+bool RestSearch::settled(double change) {
+  return is_rounding() || (length_ == longest && change <= accurate);
+}
+
+// Whether each acceleration is a rounding error: no larger than what its linear change does not explain at
+// positions nearby. The size of all does not decide: those of stiff and light joints would hide others.
+bool RestSearch::is_rounding() {
+  const double *const now = &slope_[first_velocity_], *const nearby = &probed_[first_velocity_];
+  std::vector<double> noise(2 * count_);
+  double* const step = &noise[count_];
+  for (int trial = 0; trial < probes; ++trial) {
+    for (std::size_t k = 0; k < count_; ++k)
+      step[k] = probe * scales_[k] * std::sin(7.0 * static_cast<double>(k) + 2.0 * trial + 1);
+    std::copy_n(y_, before_.size(), before_.begin());
+    displace(step, before_.data());
+    if (system_.slope_within_step(time_, before_.data(), probed_.data()) != Status::ok) return false;
+    for (std::size_t i = 0; i < count_; ++i) {
+      double change = nearby[i] - now[i];
+      for (std::size_t k = 0; k < count_; ++k) change -= tangent_[k * count_ + i] * step[k];
+      noise[i] = std::max(noise[i], std::abs(change));
+    }
+  }
+  const double gravity = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
+  for (std::size_t i = 0; i < count_; ++i)
+    if (!(std::abs(now[i]) <= uncertainty * noise[i] + of_weights * gravity * scales_[i])) return false;
+  return true;
 }
 
 Rest RestSearch::none_near() const {
@@ -166,16 +203,13 @@ Rest RestSearch::none_near() const {
 Rest RestSearch::find() {
   rest_actuators(true);
   double limit = largest_change;
-  of_gravity_ = system_.plan().gravity.norm() / *std::max_element(scales_.begin(), scales_.end());
-  largest_ = of_gravity_;
   if (!evaluate()) return none_near();
-  least_ = size_;
   for (int k = 0; k < most_steps; ++k) {
     if (!linearise()) break;
     length_ = std::min(length_, largest_change / size_);
     while (!solve() && length_ > shortest) length_ *= 0.25;
     const double change = scaled(step_.data());
-    if (settled(change, limit)) return {};
+    if (settled(change)) return {};
     if (change > limit)
       for (double& part : step_) part *= limit / change;
     const double size_before = size_;
