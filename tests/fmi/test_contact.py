@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.command_line import command
-from tests.fmi.raw import OK
+from tests.fmi.raw import OK, Slave
 
 METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 G = 9.81
@@ -544,3 +544,33 @@ def test_an_unknown_link_is_one_error(tmp_path):
     said = refused(tmp_path, body().replace('link_a = "body"', 'link_a = "bdy"'))
     assert "did you mean 'body'" in said
     assert "no effect" not in said
+
+
+def test_a_ball_larger_than_a_crest_meets_it_without_a_jump(built):
+    """A step of 1 m within 0.5 m. Above the top its distance is that from the top, or from the upper bound that the control points give."""
+    model = """name = "step"
+link = [{name = "ball", joint = "free", drive = "free", mass = 1, inertia = [0.4, 0.4, 0.4], q = [0.75, 0.75, 2.3, 0, 0, 0]}]
+[[contact]]
+name = "c"
+link_a = "ball"
+shape_a = "sphere"
+radius_a = 1
+shape_b = "heightmap"
+file = "step.csv"
+spacing = 0.5
+stiffness = 1e4
+outputs = ["force", "depth"]
+[solver]
+rtol = 1e-9
+"""
+    names = ["c.depth", "c.force[1]", "c.force[3]", "ball[1].q", "ball[3].q", "energy.balance"]
+    with Slave(built(model, step="0,0,1,1\n" * 4)) as slave:
+        slave.initialize()
+        top = slave.get("ball[3].q") - 1 + slave.get("c.depth")  # an upper bound of the map
+        assert 1 <= top < 1.21
+        for k in range(60):
+            assert slave.step(0.01 * k, 0.01) == OK, slave.errors
+            depth, sideways, upwards, x, z, balance = slave.reals(names)
+            if z - 1 > top - 0.02:
+                assert depth == pytest.approx(top - (z - 1), abs=1e-9) and sideways == 0 and (upwards > 0) == (depth > 0)
+            assert abs(balance) < 1e-6

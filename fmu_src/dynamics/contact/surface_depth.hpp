@@ -23,8 +23,10 @@ SurfaceDepth<Scalar> depth_below(const Scalar& radius, const Vec3<Scalar>& from_
   return {radius - distance, normal, -normal};
 }
 
+// Along the vertical, times the vertical part of the normal. The distance is at least that from the highest
+// point, which is larger beside crests.
 template <class Scalar>
-SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<Scalar>& p) {
+[[gnu::noinline]] SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<Scalar>& p) {
   using std::sqrt;
   const auto at = heights.at(Scalar(p.x()), Scalar(p.y()));
   const Scalar n_z = Scalar(1) / sqrt(Scalar(1) + at.zx * at.zx + at.zy * at.zy), above = at.z - p.z();
@@ -36,6 +38,12 @@ SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<S
   out.gradient.x() -= curved * (at.zx * at.zxx + at.zy * at.zxy);
   out.gradient.y() -= curved * (at.zx * at.zxy + at.zy * at.zyy);
   out.gradient.z() = -n_z;
+  const Scalar from_highest(heights.highest() - p.z());
+  if (from_highest < Scalar(0) && from_highest < out.depth) {
+    out.depth = from_highest;
+    out.normal = Vec3<Scalar>::UnitZ();
+    out.gradient = -out.normal;
+  }
   return out;
 }
 

@@ -52,7 +52,8 @@ struct Touch {
 template <class Scalar>
 Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Vec3<Scalar>& normal,
                          const Vec3<Scalar>& velocity) {
-  if (surface.kind != ShapeKind::heightmap) return Vec3<Scalar>::Zero();
+  // a vertical normal: of level ground, or the direction from the highest point
+  if (surface.kind != ShapeKind::heightmap || value_of(normal.z()) == 1) return Vec3<Scalar>::Zero();
   const auto at = surface.heights->at(Scalar(p.x()), Scalar(p.y()));
   const Vec3<Scalar> steepening(-(at.zxx * velocity.x() + at.zxy * velocity.y()),
                                 -(at.zxy * velocity.x() + at.zyy * velocity.y()), Scalar(0));

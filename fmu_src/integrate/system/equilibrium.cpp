@@ -33,11 +33,10 @@ class RestSearch {
         factors_(tangent_),
         slope_(static_cast<std::size_t>(system.size())),
         before_(slope_),
-        probed_(slope_),
         step_(count_),
         scales_(scales),
         pivots_(step_.size()) {
-    scales_.resize(step_.size(), 1.0);
+    while (scales_.size() < count_) scales_.push_back(1.0);
     for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
   }
 
@@ -72,7 +71,7 @@ class RestSearch {
   double* y_;
   std::size_t first_velocity_, count_;  // start and number of the velocities in y
   DenseJacobian jacobian_;
-  std::vector<double> matrix_, tangent_, factors_, slope_, before_, probed_, step_, scales_;
+  std::vector<double> matrix_, tangent_, factors_, slope_, before_, step_, scales_;
   std::vector<double*> columns_;
   std::vector<std::int64_t> pivots_;
   double length_ = first_length;  // step length, s^2
@@ -168,15 +167,16 @@ bool RestSearch::settled(double change) {
 // Whether each acceleration is a rounding error: no larger than what its linear change does not explain at
 // positions nearby. The size of all does not decide: those of stiff and light joints would hide others.
 bool RestSearch::is_rounding() {
-  const double *const now = &slope_[first_velocity_], *const nearby = &probed_[first_velocity_];
+  double* const probed = matrix_.data();  // its content is in tangent_
+  const double *const now = &slope_[first_velocity_], *const nearby = probed + first_velocity_;
   std::vector<double> noise(2 * count_);
   double* const step = &noise[count_];
   for (int trial = 0; trial < probes; ++trial) {
     for (std::size_t k = 0; k < count_; ++k)
-      step[k] = probe * scales_[k] * std::sin(7.0 * static_cast<double>(k) + 2.0 * trial + 1);
+      step[k] = (k >> trial & 1) != 0 ? probe * scales_[k] : -probe * scales_[k];
     std::copy_n(y_, before_.size(), before_.begin());
     displace(step, before_.data());
-    if (system_.slope_within_step(time_, before_.data(), probed_.data()) != Status::ok) return false;
+    if (system_.slope_within_step(time_, before_.data(), probed) != Status::ok) return false;
     for (std::size_t i = 0; i < count_; ++i) {
       double change = nearby[i] - now[i];
       for (std::size_t k = 0; k < count_; ++k) change -= tangent_[k * count_ + i] * step[k];

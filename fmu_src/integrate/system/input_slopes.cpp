@@ -25,9 +25,9 @@ bool System::is_input_size(std::size_t size) const {
 }
 
 void System::resize_inputs(std::size_t size) {
-  inputs_.resize(size, 0.0);
+  inputs_.resize(size);
   if (!has_input_slopes()) return;
-  recursion_inputs_.resize(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
+  recursion_inputs_.resize(static_cast<std::size_t>(input_layout_.force_size()));
 }
 
 void System::swap_inputs(std::vector<double>& other) {
