@@ -113,7 +113,7 @@ class Cvode final : public Integrator {
   std::vector<StepWork> works_;   // total, contacts; empty: the method's own integrals suffice
   Statistics statistics_;
 
-  CornerWatch corners_;
+  CornerWatch corners_{system_};
   std::vector<double> slope_;  // f at the restart
   bool slope_known_ = false;   // the next call of right_hand_side returns slope_
   bool stopped_ = false;       // the last step ended at the stop time

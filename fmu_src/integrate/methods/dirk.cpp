@@ -98,7 +98,7 @@ class Dirk final : public OneStep {
   bool warming_up_ = false;  // in the first step, in which ARKODE allocates: the right-hand side is zero
   long unsolved_before_ = 0;
   bool too_short_ = false;  // the step to repeat is below the minimum
-  CornerWatch corners_;
+  CornerWatch corners_{system_};
 };
 
 Dirk::Dirk(System& system, const SolverSettings& settings, Scratch scratch)

@@ -99,7 +99,7 @@ class Erk final : public OneStep {
   ExplicitSteps steps_;
   std::vector<double> weights_;  // for the present step
   bool expects_hold_ = false;    // inputs are expected to be held
-  CornerWatch corners_;
+  CornerWatch corners_{system_};
   Passing passing_;
 };
 

@@ -240,25 +240,22 @@ double time_to_corner(const System& system, const double* y, const double* slope
 
 double CornerWatch::time_of_short_touch(System& system, double time, const double* y,
                                         const double* weights) const {
-  if (begin_y_.empty()) return never;
+  if ((kinds_ & Corners::of_state) == 0) return never;
   const WholeStep step{begin_time_, time, begin_y_.data(), y};
   const double share = std::min(share_in_joints(system, step, weights), share_beyond_plays(system, step));
   return begin_time_ + share * (time - begin_time_);
 }
 
 void CornerWatch::begin(System& system, double time, const double* y) {
-  const unsigned kinds = corners_of(system);
-  watches_ = kinds != 0;
-  if (!watches_) return;
+  kinds_ = corners_of(system);
+  if (kinds_ == 0) return;
   of_state_ = regions_of_state(system, time, y);
   begin_time_ = time;
-  if ((kinds & Corners::of_state) == 0) return;
-  begin_y_.resize(static_cast<std::size_t>(system.size()));
   std::copy_n(y, begin_y_.size(), begin_y_.begin());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {
-  if (!watches_ || crosses_) return;
+  if (!watches() || crosses_) return;
   const std::uint64_t of_evaluation = regions_of_evaluation(system, time, y);
   if (!noted_) of_evaluation_ = of_evaluation;
   noted_ = true;
@@ -266,7 +263,7 @@ void CornerWatch::note(System& system, double time, const double* y) {
 }
 
 bool CornerWatch::crosses(System& system, double time, const double* y) const {
-  return watches_ && (crosses_ || regions_of_state(system, time, y) != of_state_);
+  return watches() && (crosses_ || regions_of_state(system, time, y) != of_state_);
 }
 
 }  // namespace redysim

@@ -26,11 +26,13 @@ double time_to_corner(const System& system, const double* y, const double* slope
 // Detects whether a step crosses a corner. Stages count, too: a corner may be entered and left within a step.
 class CornerWatch {
  public:
+  explicit CornerWatch(const System& system) : begin_y_(static_cast<std::size_t>(system.size())) {}
+
   // Begins a step at this state.
   void begin(System& system, double time, const double* y);
-  bool watches() const { return watches_; }  // there are corners
+  bool watches() const { return kinds_ != 0; }  // there are corners
   double begin_time() const { return begin_time_; }
-  const double* begin_state() const { return begin_y_.data(); }  // if there are corners of the state
+  const double* begin_state() const { return begin_y_.data(); }
   // Begins an attempt of this step.
   void attempt() { crosses_ = noted_ = false; }
   // Notes a stage of the attempt; call it after the right-hand side.
@@ -44,10 +46,10 @@ class CornerWatch {
   double time_of_short_touch(System& system, double time, const double* y, const double* weights) const;
 
  private:
-  // The start of the step; empty: there are neither stops nor friction nor backlash.
+  unsigned kinds_ = 0;  // of corners
   double begin_time_ = 0;
   std::vector<double> begin_y_;
-  bool watches_ = false, noted_ = false, crosses_ = false;
+  bool noted_ = false, crosses_ = false;
   // Codes of the regions between the corners: of_state_ at the start of the step, of_evaluation_ (contacts
   // and actuator limits) in the first stage.
   std::uint64_t of_state_ = 0, of_evaluation_ = 0;
