@@ -10,6 +10,7 @@
 namespace redysim {
 namespace {
 
+constexpr double rounding = 1e-15;
 constexpr double never = std::numeric_limits<double>::infinity();
 
 // Time, s, until a gap of either sign is zero.
@@ -58,9 +59,10 @@ class Step {
     return leaves(begin_.value, end_.value, turn, bounds) ? s : never;
   }
 
-  // The same for the velocity.
-  double share_outside_by_rate(const Bounded& bounds) const {
+  // The same for the velocity, to which rounding errors of the positions contribute.
+  double share_outside_by_rate(Bounded bounds) const {
     const double s = -b_ / (2 * c_);
+    bounds.tolerance += rounding * (std::fabs(begin_.value) + std::fabs(end_.value)) / h_;
     const bool turns = 0 < s && s < 1;
     return turns && leaves(begin_.rate, end_.rate, begin_.rate + s * b_ / 2, bounds) ? s : never;
   }
