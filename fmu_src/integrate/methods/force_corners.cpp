@@ -178,7 +178,8 @@ double share_in_joints(const System& system, const WholeStep& step, const double
                    step.end_time - step.begin_time);
     if (system.plan().joints[joint].has_stops)
       earliest = std::min(earliest, own.share_outside({of.lower, of.upper, 1 / weights[position]}));
-    if (system.plan().joints[joint].has_friction)
+    // the projection of loops changes positions, and thereby the mean velocity of short steps
+    if (system.plan().joints[joint].has_friction && !system.has_constraints())
       earliest = std::min(earliest, own.share_outside_by_rate(between_reversals(
                                         step.begin[rate], 1 / of.per_velocity, 1 / weights[rate])));
   }
