@@ -179,7 +179,7 @@ Outcome Cvode::restart_between_steps(double time, const double* y) {
 // Time of a short touch, or of a short reversal, that the last step misses; infinity: none. The first step
 // after a restart is not repeated.
 double Cvode::missed_touch() {
-  if (!corners_.watches() || steps_taken_ == 1) return std::numeric_limits<double>::infinity();
+  if (!corners_.expects_touches() || steps_taken_ == 1) return std::numeric_limits<double>::infinity();
   error_weights_.evaluate(data(ahead_), data(weights_));
   return corners_.time_of_short_touch(system_, absolute(ahead_time_), data(ahead_), data(weights_));
 }

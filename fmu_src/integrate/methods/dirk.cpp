@@ -218,6 +218,7 @@ int Dirk::adapt(N_Vector y, double t, double h, double, double, double error, do
 double Dirk::error_with_corners(double since, const double* y, double error) {
   const double time = absolute(since);
   if (corners_.crosses(system_, time, y)) return Tuning::doubt_of_corner * error;
+  if (!corners_.expects_touches()) return error;
   double* weights = candidate_;  // not needed here: ARKStep holds the states
   error_weights_.evaluate(y, weights);
   return std::isfinite(corners_.time_of_short_touch(system_, time, y, weights)) ? Tuning::error_of_corner
@@ -225,7 +226,6 @@ double Dirk::error_with_corners(double since, const double* y, double error) {
 }
 
 bool Dirk::is_doubtful(double since, const double* y, double h, double error) {
-  if (!corners_.watches()) return false;
   const double doubted = error_with_corners(since, y, error);
   if (!(doubted > 1)) return false;
   too_short_ = !repeat(since, h, doubted);

@@ -243,7 +243,7 @@ double time_to_corner(const System& system, const double* y, const double* slope
 
 double CornerWatch::time_of_short_touch(System& system, double time, const double* y,
                                         const double* weights) const {
-  if ((kinds_ & Corners::of_state) == 0) return never;
+  if (!expects_touches()) return never;
   const WholeStep step{begin_time_, time, begin_y_.data(), y};
   const double share = std::min(share_in_joints(system, step, weights), share_beyond_plays(system, step));
   return begin_time_ + share * (time - begin_time_);

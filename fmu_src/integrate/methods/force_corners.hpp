@@ -30,7 +30,8 @@ class CornerWatch {
 
   // Begins a step at this state.
   void begin(System& system, double time, const double* y);
-  bool watches() const { return kinds_ != 0; }  // there are corners
+  // Whether time_of_short_touch may find one: there are stops, friction or backlash.
+  bool expects_touches() const { return (kinds_ & Corners::of_state) != 0; }
   double begin_time() const { return begin_time_; }
   const double* begin_state() const { return begin_y_.data(); }
   // Begins an attempt of this step.
@@ -46,6 +47,7 @@ class CornerWatch {
   double time_of_short_touch(System& system, double time, const double* y, const double* weights) const;
 
  private:
+  bool watches() const { return kinds_ != 0; }
   unsigned kinds_ = 0;  // of corners
   double begin_time_ = 0;
   std::vector<double> begin_y_;
