@@ -4,6 +4,7 @@
 
 #include "dynamics/ball.hpp"
 #include "dynamics/joint_wrenches.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 namespace {
@@ -22,9 +23,7 @@ bool has_jacobian(const Frame& frame) {
   return frame.jacobian || frame.jacobian_rate || frame.inverse_inertia;
 }
 
-bool needs_bodies(const Model& model) {
-  return std::any_of(model.frames.begin(), model.frames.end(), has_jacobian);
-}
+bool needs_bodies(const Model& model) { return any_of(model.frames, has_jacobian); }
 
 // The link axes x, y, z of a spherical joint are the axes y, z, x of its last joint's body.
 template <class Scalar>
@@ -43,7 +42,7 @@ template <class Scalar>
 EquationTerms<Scalar>::EquationTerms(const Model& model, const Plan<Scalar>& plan)
     : plan_(plan), workspace_(plan) {
   const std::size_t joints = plan.joints.size(), n = joints - plan.balls.size();
-  const bool factored = std::any_of(model.frames.begin(), model.frames.end(), has_inertia);
+  const bool factored = any_of(model.frames, has_inertia);
   const auto length = [&](int term) {
     if (term == mass) return model.fmu.shows(groups[term]) || factored ? n * n : 0;
     return model.fmu.shows(groups[term]) ? n : 0;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "dynamics/joint_wrenches.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 namespace {
@@ -68,7 +69,7 @@ void take(const std::vector<int>& places, const Scalar* from, int width, std::ve
 
 template <class Scalar>
 bool SensedWrenches<Scalar>::needed(const Model& model) {
-  return std::any_of(model.frames.begin(), model.frames.end(), shows_wrench);
+  return any_of(model.frames, shows_wrench);
 }
 
 template <class Scalar>

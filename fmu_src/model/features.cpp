@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "model/any_of.hpp"
+
 namespace redysim {
 namespace {
 
@@ -19,34 +21,26 @@ bool uses_method(const Model& model) {
   return chosen == method || chosen == SolverMethod::automatic;
 }
 
-// Like std::any_of, but without libstdc++'s loop unrolling.
-template <class Range, class Test>
-bool any(const Range& range, const Test& test) {
-  for (const auto& each : range)
-    if (test(each)) return true;
-  return false;
-}
-
 constexpr Feature all_features[] = {
     {"loops", features::loops, [](const Model& model) { return model.has_constraints(); }},
     {"springs", features::springs,
      [](const Model& model) {
        return !model.springs.empty() ||
-              any(model.couplings, [](const Coupling& coupling) { return !coupling.rigid(); });
+              any_of(model.couplings, [](const Coupling& coupling) { return !coupling.rigid(); });
      }},
     {"bushings", features::bushings, [](const Model& model) { return !model.bushings.empty(); }},
     {"contact", features::contact, [](const Model& model) { return !model.contacts.empty(); }},
     {"friction", features::friction, may_resist},
     {"ports", features::ports,
      [](const Model& model) {
-       return any(model.frames, [](const Frame& frame) { return frame.port != Frame::Port::none; });
+       return any_of(model.frames, [](const Frame& frame) { return frame.port != Frame::Port::none; });
      }},
     {"motion", features::motion,
      [](const Model& model) {
-       return any(model.links,
-                  [](const Link& link) {
-                    return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
-                  }) ||
+       return any_of(model.links,
+                     [](const Link& link) {
+                       return link.joint.drive == Drive::motion || link.joint.drive == Drive::locked;
+                     }) ||
               model.controller.law == Law::computed_torque ||
               model.controller.law == Law::gravity_compensation;
      }},
@@ -55,7 +49,7 @@ constexpr Feature all_features[] = {
      [](const Model& model) { return !model.trajectories.empty() || model.controller.law != Law::none; }},
     {"actuators", features::actuators,
      [](const Model& model) {
-       return any(model.actuators, [](const Actuator& actuator) { return actuator.acts(); });
+       return any_of(model.actuators, [](const Actuator& actuator) { return actuator.acts(); });
      }},
     {"energies", features::energies, [](const Model& model) { return model.fmu.shows(OutputGroup::energy); },
      true},
@@ -86,7 +80,7 @@ bool uses_series(const Model& model) {
   if (model.solver.method != SolverMethod::automatic) return model.solver.method == SolverMethod::taylor;
   const auto joints = std::count_if(model.links.begin(), model.links.end(),
                                     [](const Link& link) { return moves(link.joint); });
-  return joints <= most_joints_of_series && !any(all_features, [&model](const Feature& feature) {
+  return joints <= most_joints_of_series && !any_of(all_features, [&model](const Feature& feature) {
            return !feature.of_smooth_trees && feature.used(model);
          });
 }

@@ -31,6 +31,40 @@ def test_a_log_line_and_the_error_estimate_say_that_the_tolerance_was_loosened(f
     assert any(f"solver.max_rhs loosened the tolerance in {lines} communication steps" in text for text in texts)
 
 
+SAMPLED = """name = "sampled"
+[[link]]
+name = "rod"
+mass = 1
+com = [1, 0, 0]
+alpha = 1.5707963267948966
+[controller]
+law = "pd"
+kp = 20
+kd = 2
+sample_time = 0.1
+[solver]
+rtol = 1e-6
+max_rhs = 8
+[fmu]
+outputs = ["solver"]
+"""
+
+
+def test_a_communication_step_with_samples_is_judged_as_a_whole(built):
+    fmu, estimates = built(SAMPLED), []
+    with Slave(fmu) as slave:
+        slave.initialize()
+        for k in range(10):
+            assert slave.step(0.1 * k, 0.1) == OK
+            estimates.append(slave.get("solver.error_estimate"))
+    with Slave(fmu, logging=True) as slave:
+        slave.initialize()
+        assert slave.step(0, 1) == OK
+        assert slave.get("solver.error_estimate") == max(estimates) > 1
+        assert slave.call("Terminate") == OK
+        assert any("loosened the tolerance in 1 communication step" in text for _, _, text in slave.messages)
+
+
 def test_simulate_shows_the_warning():
     short = ("--stop", "1", "--step", "0.1", "--start", "solver.rtol=1e-9")
     run = command("simulate", "models/double_pendulum.toml", *short, "solver.max_rhs=8")

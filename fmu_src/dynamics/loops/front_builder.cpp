@@ -4,6 +4,7 @@
 
 #include "dynamics/loops/coupling_crossings.hpp"
 #include "dynamics/loops/loop_sides.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 
@@ -180,7 +181,7 @@ class FrontBuilder {
     for (FrontPlan& front : fronts_) {
       for (const FrontLoop& loop : loops_) {
         if (loop.root >= front.root || !loop.crosses(front.root)) continue;
-        const bool has_coupling = std::any_of(loops_.begin(), loops_.end(), [&](const FrontLoop& other) {
+        const bool has_coupling = any_of(loops_, [&](const FrontLoop& other) {
           return other.root == front.root && loop.is_coupled_to(other);
         });
         if (!has_coupling) continue;
@@ -235,7 +236,7 @@ void build_fronts(Plan<double>& plan) {
   int next_crossing = 0, next_entry = 0;
   for (ClusterPlan& cluster : plan.clusters) {
     const auto prescribed = [&plan](int joint) { return plan.joints[joint].prescribed; };
-    if (std::any_of(cluster.joints.begin(), cluster.joints.end(), prescribed)) continue;
+    if (any_of(cluster.joints, prescribed)) continue;
     FrontBuilder builder(plan, cluster);
     if (builder.fronts().size() < 2 || builder.work() >= FrontBuilder::work(cluster)) continue;
     builder.set_indices(next_crossing, next_entry);

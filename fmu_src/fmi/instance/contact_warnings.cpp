@@ -6,6 +6,7 @@
 
 #include "dynamics/contact/contact_force.hpp"
 #include "dynamics/contact/touch.hpp"
+#include "model/any_of.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
@@ -35,7 +36,7 @@ bool meets_an_edge(const ContactPair<double>& pair, const Workspace<double>& ws,
   const RelativeMotion<double> motion =
       relative_motion(pair.surface, ground_state(ws, pair.ball_entry), ground_state(ws, pair.surface_entry));
   const double tolerance = std::max(depth, exact * pair.surface.half_size.maxCoeff());
-  return std::any_of(pair.balls.begin(), pair.balls.end(), [&](const Vec3<double>& ball) {
+  return any_of(pair.balls, [&](const Vec3<double>& ball) {
     const Vec3<double> p = motion.point(ball);
     int outside = 0, at_edge = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -68,9 +69,8 @@ std::vector<ContactWarning> contact_warnings(const Model& model, const Plan<doub
     const ContactLaw<double>& law = plan.contact_laws[k];
     const double depth =
         std::isfinite(mass) ? law.width + 0.5 * mass * plan.gravity.norm() / law.stiffness : law.width;
-    if (std::any_of(plan.contact_pairs.begin(), plan.contact_pairs.end(), [&](const auto& pair) {
-          return pair.contact == index && meets_an_edge(pair, ws, depth);
-        }))
+    if (any_of(plan.contact_pairs,
+               [&](const auto& pair) { return pair.contact == index && meets_an_edge(pair, ws, depth); }))
       warnings.push_back(
           {index, "contact '" + contact.name + "': a corner meets an edge of a box within " + rounded(depth) +
                       " m, the depth expected: the bodies may pass through each other; let one of them "

@@ -151,6 +151,7 @@ fmi2Status Instance::do_step(double current, double size) {
   Integrator& integrator = *simulation_.integrator;
   const bool inputs_changed = inputs_have_changed();
   system.forget_failure();
+  integrator.begin_communication_step();
   const std::int64_t decisions = integrator.decisions();
   if (jacobian) jacobian->begin_step(parameters_);
   const Outcome outcome = advance_to(end, inputs_changed);

@@ -13,6 +13,7 @@
 
 #include "integrate/methods/step_budget.hpp"
 #include "integrate/methods/step_control.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 namespace {
@@ -46,8 +47,7 @@ constexpr int failures_in_a_step = 40;
 double tightening(SolverMethod method, const System& system) {
   if (method == SolverMethod::bdf) return bdf_tightening;
   const auto& laws = system.plan().contact_laws;
-  const bool bounces =
-      std::any_of(laws.begin(), laws.end(), [](const ContactLaw<double>& law) { return !law.redysim; });
+  const bool bounces = any_of(laws, [](const ContactLaw<double>& law) { return !law.redysim; });
   return bounces ? adams_contact_tightening : adams_tightening;
 }
 
@@ -176,15 +176,24 @@ Outcome Cvode::restart_between_steps(double time, const double* y) {
   return {};
 }
 
-// Time of a short touch, or of a short reversal, that the last step misses; infinity: none. The first step
-// after a restart is not repeated.
+// Whether the last step, of Adams, passes a jump of a force at an order above 1. The error estimate then
+// assumes that derivatives vary over the previous steps, which are longer by orders of magnitude.
+bool Cvode::passes_jump() {
+  int order = 0;
+  CVodeGetLastOrder(memory_.get(), &order);
+  return order > 1 && method_ == SolverMethod::adams && corners_.jumps(system_);
+}
+
+// Time of a short touch, or of a short reversal, that the last step misses; its start, if a restart there
+// must precede it; infinity: neither. The first step after a restart is not repeated.
 double Cvode::missed_touch() {
+  if (passes_jump()) return corners_.begin_time();
   if (!corners_.expects_touches() || steps_taken_ == 1) return std::numeric_limits<double>::infinity();
   error_weights_.evaluate(data(ahead_), data(weights_));
   return corners_.time_of_short_touch(system_, absolute(ahead_time_), data(ahead_), data(weights_));
 }
 
-// Restarts at the start of the last step; a step will end at the touch.
+// Restarts at the start of the last step; a later step ends at the touch.
 Outcome Cvode::return_to(double touch) {
   ++statistics_.rejected;
   Outcome outcome = restart_between_steps(corners_.begin_time(), corners_.begin_state());

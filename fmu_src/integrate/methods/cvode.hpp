@@ -71,6 +71,7 @@ class Cvode final : public Integrator {
   bool restart(double time, const double* y, bool repeated);
   void reset_cvode();
   Outcome restart_between_steps(double time, const double* y);
+  bool passes_jump();
   double missed_touch();
   Outcome return_to(double touch);
   Outcome step_past(double& end);

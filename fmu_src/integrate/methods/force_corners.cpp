@@ -132,8 +132,9 @@ std::uint64_t regions_of_state(System& system, double time, const double* y) {
   return regions.code;
 }
 
-std::uint64_t regions_of_evaluation(System& system, double time, const double* y) {
-  Regions regions{system.workspace().contact_regions};
+// Regions between the limits of actuators, with their inputs at the last right-hand side.
+std::uint64_t regions_of_limits(System& system, double time, const double* y) {
+  Regions regions;
   if (!system.actuators()) return regions.code;
   const System::Coordinates at = system.coordinates(time, y);
   each_actuator(system, [&](const Actuators& actuators, int k) {
@@ -215,6 +216,7 @@ double share_beyond_plays(System& system, const WholeStep& step) {
 
 unsigned corners_of(const System& system) {
   unsigned kinds = system.plan().has_contacts() * Corners::of_evaluation;
+  for (const ContactLaw<double>& law : system.plan().contact_laws) kinds |= law.redysim * Corners::jumps;
   for (const JointPlan<double>& joint : system.plan().joints)
     kinds |= joint.has_stops * Corners::stops | joint.has_friction * Corners::friction;
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
@@ -253,16 +255,18 @@ void CornerWatch::begin(System& system, double time, const double* y) {
   kinds_ = corners_of(system);
   if (kinds_ == 0) return;
   of_state_ = regions_of_state(system, time, y);
+  contacts_ = system.contact_regions();
   begin_time_ = time;
   std::copy_n(y, begin_y_.size(), begin_y_.begin());
 }
 
 void CornerWatch::note(System& system, double time, const double* y) {
   if (!watches() || crosses_) return;
-  const std::uint64_t of_evaluation = regions_of_evaluation(system, time, y);
-  if (!noted_) of_evaluation_ = of_evaluation;
+  const std::uint64_t limits = regions_of_limits(system, time, y);
+  if (!noted_) limits_ = limits;
   noted_ = true;
-  crosses_ = of_evaluation != of_evaluation_ || regions_of_state(system, time, y) != of_state_;
+  crosses_ = limits != limits_ || system.contact_regions() != contacts_ ||
+             regions_of_state(system, time, y) != of_state_;
 }
 
 bool CornerWatch::crosses(System& system, double time, const double* y) const {

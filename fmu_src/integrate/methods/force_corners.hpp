@@ -16,6 +16,7 @@ struct Corners {
   static constexpr unsigned stops = 1, friction = 2, backlash = 4;
   static constexpr unsigned of_state = stops | friction | backlash;  // steps of order 8 are often rejected
   static constexpr unsigned of_evaluation = 8;                       // contacts and limits of actuators
+  static constexpr unsigned jumps = 16;                              // contacts of ReDySim's law
 };
 unsigned corners_of(const System& system);
 
@@ -28,10 +29,15 @@ class CornerWatch {
  public:
   explicit CornerWatch(const System& system) : begin_y_(static_cast<std::size_t>(system.size())) {}
 
-  // Begins a step at this state.
+  // Begins a step at this state, of the last right-hand side or search for contacts.
   void begin(System& system, double time, const double* y);
   // Whether time_of_short_touch may find one: there are stops, friction or backlash.
   bool expects_touches() const { return (kinds_ & Corners::of_state) != 0; }
+  // Whether the forces of ReDySim's contact law jump between the start of the step and the last right-hand
+  // side.
+  bool jumps(const System& system) const {
+    return (kinds_ & Corners::jumps) != 0 && system.contact_regions() != contacts_;
+  }
   double begin_time() const { return begin_time_; }
   const double* begin_state() const { return begin_y_.data(); }
   // Begins an attempt of this step.
@@ -52,9 +58,9 @@ class CornerWatch {
   double begin_time_ = 0;
   std::vector<double> begin_y_;
   bool noted_ = false, crosses_ = false;
-  // Codes of the regions between the corners: of_state_ at the start of the step, of_evaluation_ (contacts
-  // and actuator limits) in the first stage.
-  std::uint64_t of_state_ = 0, of_evaluation_ = 0;
+  // Codes of the regions between the corners: of_state_ and those of contacts at the start of the step, those
+  // of actuator limits in the first stage.
+  std::uint64_t of_state_ = 0, contacts_ = 0, limits_ = 0;
 };
 
 }  // namespace redysim

@@ -15,11 +15,11 @@ struct Statistics {
   std::int64_t rejected = 0;     // error-test and solver failures
   std::int64_t evaluations = 0;  // right-hand sides
   std::int64_t jacobians = 0;    // of the right-hand side; 0 for explicit methods
-  std::int64_t loosened = 0;     // advances in which max_rhs loosened the tolerance
+  std::int64_t loosened = 0;     // communication steps in which max_rhs loosened the tolerance
   // other CPU time, in right-hand sides of erk: matrix functions; with auto also the overhead of the method
   double other_work = 0;
   double step_size = 0;  // s, last accepted
-  // weighted local error of the last step (1 = tolerance); with max_rhs the maximum in an advance
+  // weighted local error of the last step (1 = tolerance); with max_rhs the maximum in a communication step
   double error_estimate = 0;
 
   // Adds the counts of another method; the data of the last step remain.
@@ -49,6 +49,9 @@ class Integrator {
 
   // Replaces the state at time(). The next advance is one with changed inputs.
   virtual void set_state(const double* y) = 0;
+
+  // Call before the first of the advances in a communication step: max_rhs is judged by all of them.
+  virtual void begin_communication_step() {}
 
   // Integrates from time() to exactly `end`. `inputs_changed`: the right-hand side differs from that of the
   // last advance, so the history is discarded; otherwise it is kept.

@@ -115,7 +115,7 @@ bool OneStep::passes_contact(double since, const double* y, double h) {
   const double touch = system_.passed_touch(absolute(since), y, h);
   if (!(touch < h)) return false;
   if (affordable_steps() < 2) {  // one step to the contact, one from it
-    loosened_ = true;
+    loosen();
     return false;
   }
   touch_ = touch;
@@ -158,7 +158,7 @@ OneStep::Flag OneStep::take_step(double& h) {
       continue;
     }
     if (!std::isfinite(error)) return Flag::not_finite;
-    loosened_ = loosened_ || error > 1;
+    if (error > 1) loosen();
     const double taken = h;
     if (!keep(end, candidate_, taken, error)) return Flag::other;
     if (end < end_) h = step_from(end, candidate_);
@@ -220,11 +220,14 @@ void OneStep::pause_after(long steps) {
   forget_goal();
 }
 
-// Starts to count for max_rhs; a paused advance continues its own count.
-void OneStep::begin_account() {
-  evaluations_before_ = statistics_.evaluations;
-  statistics_.error_estimate = 0;
+void OneStep::begin_communication_step() {
+  if (settings_.max_rhs > 0) statistics_.error_estimate = 0;
   loosened_ = false;
+}
+
+void OneStep::loosen() {
+  if (!loosened_) ++statistics_.loosened;
+  loosened_ = true;
 }
 
 Outcome OneStep::advance(double end, bool inputs_changed) {
@@ -236,7 +239,8 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
     if (system_.plan().has_motion() && !follow_motion(system_, time(), y_.data()))
       return failure(time(), reasons::motion_impossible);
   }
-  if (settings_.max_rhs > 0 && !(since_ > 0 && end == goal_)) begin_account();
+  const bool was_paused = since_ > 0 && end == goal_;
+  if (!was_paused) evaluations_before_ = statistics_.evaluations;
   const bool step_guessed = needs_first_step_;
   if (needs_first_step_ && !first_step_from_here()) return failure(time(), reasons::not_finite_at_start);
   needs_first_step_ = false;
@@ -251,10 +255,7 @@ Outcome OneStep::advance(double end, bool inputs_changed) {
   std::copy(y_.begin(), y_.end(), scratch_->start.begin());
   leave_last_step();
   Outcome outcome = run_to_end(!step_guessed);
-  if (outcome.ok) {
-    if (loosened_ && since_ == 0) ++statistics_.loosened;
-    return {};
-  }
+  if (outcome.ok) return {};
   needs_first_step_ = true;
   slope_known_ = false;
   origin_ = origin_before;

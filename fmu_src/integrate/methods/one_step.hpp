@@ -22,6 +22,7 @@ class OneStep : public Integrator {
  public:
   Outcome start(double time, const double* y) override;
   void set_state(const double* y) override;
+  void begin_communication_step() override;
   Outcome advance(double end, bool inputs_changed) override;
 
   void pause_after(long steps) override;
@@ -139,7 +140,7 @@ class OneStep : public Integrator {
   double end_ = 0;                       // goal_ - origin_
   long allowed_ = 0;                     // maximum number of steps of this run
   std::int64_t evaluations_before_ = 0;  // right-hand sides before the advance, for max_rhs
-  bool loosened_ = false;                // max_rhs loosened the tolerance
+  bool loosened_ = false;                // max_rhs loosened the tolerance in this communication step
   double reached_ = 0;                   // time of result_ since origin_
   double farthest_ = 0;  // upper limit of its last step's end since origin_; end_: must not be passed
 
@@ -150,7 +151,7 @@ class OneStep : public Integrator {
 
   void examine_loops();
   bool first_step_from_here();
-  void begin_account();
+  void loosen();
   void forget_goal() {
     goal_ = std::numeric_limits<double>::quiet_NaN();
   }  // prevents a continuation

@@ -9,6 +9,7 @@
 
 #include "dynamics/clones.hpp"
 #include "math/vec3.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim::sundials {
 namespace {
@@ -229,8 +230,8 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
   std::vector<int> balls;
   for (int ball = 0; ball < system.balls(); ++ball) {
     const int body = system.plan().balls[ball] + 3;
-    if (std::any_of(pairs.begin(), pairs.end(),
-                    [body](const auto& pair) { return pair.ball_body == body || pair.surface_body == body; }))
+    if (any_of(pairs,
+               [body](const auto& pair) { return pair.ball_body == body || pair.surface_body == body; }))
       balls.push_back(ball);
   }
   return balls;

@@ -24,7 +24,7 @@ namespace redysim {
     control_ = std::make_unique<Control>(*model, plan);
   if (plan.has_contacts()) {
     contact_search_ = std::make_unique<ContactSearch>(plan);
-    searched_.assign(1 + q_.size(), NAN);
+    searched_.assign(2 + q_.size(), NAN);
   }
   set_layouts(with_work, model);
   scales_.assign(integrated_.size() + static_cast<std::size_t>(layout_.actuators()), 1.0);

@@ -13,14 +13,15 @@
 namespace redysim {
 namespace {
 
-constexpr double largest_turn = 0.5;  // maximum rotation of a joint in a segment, rad
-constexpr double largest_move = 0.5;  // maximum in a segment, relative to the spacing of a height map
-constexpr int most_segments = 1000;   // a step that needs more is shortened
-constexpr double shortest = 1e-9;     // minimum segment, relative to the step
-constexpr double accurate = 0.9;      // relative end of a segment beyond which its cubic is accurate
-constexpr double slightly = 0.01;     // relative to the width: almost no force
-constexpr double deepening = 2;       // maximum after a step, relative to the depth before or the width
-constexpr double rising = 0.5;        // maximum rise in a step, relative to the depth before it or the width
+constexpr double largest_turn = 0.5;   // maximum rotation of a joint in a segment, rad
+constexpr double largest_move = 0.5;   // maximum in a segment, relative to the spacing of a height map
+constexpr int most_segments = 1000;    // a step that needs more is shortened
+constexpr double shortest = 1e-9;      // minimum segment, relative to the step
+constexpr double accurate = 0.9;       // relative end of a segment beyond which its cubic is accurate
+constexpr double slightly = 0.01;      // relative to the width: almost no force
+constexpr double before_jump = 0.999;  // relative to the depth at which ReDySim's force begins
+constexpr double deepening = 2;        // maximum after a step, relative to the depth before or the width
+constexpr double rising = 0.5;         // maximum rise in a step, relative to the depth before it or the width
 
 }  // namespace
 
@@ -71,7 +72,7 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
   for (const ContactPair<double>& pair : plan.contact_pairs) {
     const ContactLaw<double>& law = plan.contact_laws[static_cast<std::size_t>(pair.contact)];
     pressed_.insert(pressed_.end(), pair.balls.size(),
-                    law.redysim ? redysim_least_depth : slightly * law.width);
+                    law.redysim ? before_jump * redysim_least_depth : slightly * law.width);
   }
   near_.reserve(plan.contact_pairs.size());
   waiting_.reserve(pressed_.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -135,9 +136,20 @@ Status System::right_hand_side(double time, const double* y, double* ydot) {
   const Status status = slope_within_step(time, y, ydot);
   if (contact_search_) {
     std::copy_n(plan_.has_motion() ? qdd_.data() : layout_.qd.of(ydot), plan_.nv, searched_.begin() + 1);
-    searched_[0] = status == Status::ok ? time : NAN;
+    note_searched(status == Status::ok ? time : NAN);
   }
   return status;
+}
+
+void System::note_searched(double time) {
+  searched_[0] = time;
+  std::memcpy(&searched_.back(), &workspace_.contact_regions, sizeof(double));
+}
+
+std::uint64_t System::contact_regions() const {
+  std::uint64_t regions = 0;
+  if (contact_search_) std::memcpy(&regions, &searched_.back(), sizeof(double));
+  return regions;
 }
 
 Status System::slope_within_step(double time, const double* y, double* ydot) {
@@ -411,7 +423,7 @@ double System::step_to_touch(double time, const double* y, double h, bool or_sep
   if (time != searched_[0]) {
     searched_[0] = NAN;
     if (accelerations(time, y, &searched_[1]) != Status::ok) return h;
-    searched_[0] = time;
+    note_searched(time);
   }
   if (control()) control_->set_mean_accelerations(time, h, phases(), &searched_[1]);
   const Coordinates at = coordinates(time, y);

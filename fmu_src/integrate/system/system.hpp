@@ -171,9 +171,11 @@ class System {
   // Call after this step of `h` s to (time, y). Returns the part, s, until a contact point touched that
   // separated again.
   double passed_touch(double time, const double* y, double h);
-  // Data that the search uses besides: time and accelerations of the last right_hand_side. Empty without
-  // contacts.
+  // Data that the search uses besides: time, accelerations and contact_regions (as bits) of the last
+  // right_hand_side. Empty without contacts.
   std::vector<double>& searched() { return searched_; }
+  // Code of the regions between the corners of contact forces, at the last right_hand_side or search.
+  std::uint64_t contact_regions() const;
 
   // The angles of a spherical joint in the recursion, after `coordinates`.
   const BallAngles& angles_of_ball(int ball) const { return angles_[ball]; }
@@ -217,6 +219,7 @@ class System {
   Workspace<double>& workspace() { return workspace_; }
 
  private:
+  void note_searched(double time);
   void set_layouts(bool with_work, const Model* model);
   ActuatorCounts place_actuators(const Model& model);
   void set_actuator_scales(const Parameters<double>& parameters);
@@ -267,7 +270,7 @@ class System {
   bool charts_kept_ = false;              // true during the corrections of a projection
   std::vector<double> recursion_inputs_;  // empty: inputs_ is used
   std::vector<double> qdd_, drive_;       // of all joints, at the last accelerations
-  std::vector<double> searched_;          // time, accelerations of all joints
+  std::vector<double> searched_;          // see searched()
   Workspace<double> workspace_;
   std::vector<double> scratch_;  // plan().nv
   ResidualProgress progress_;

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "math/angles.hpp"
+#include "model/any_of.hpp"
 #include "model/read/names.hpp"
 #include "model/read/open_file.hpp"
 
@@ -30,7 +31,7 @@ constexpr Need needs_of_fields[] = {
 
 bool is_nonzero(const Value& value) {
   if (value.kind == Value::Kind::number) return value.number != 0;
-  return value.kind != Value::Kind::list || std::any_of(value.items.begin(), value.items.end(), is_nonzero);
+  return value.kind != Value::Kind::list || any_of(value.items, is_nonzero);
 }
 
 bool is_nonzero(const Value& table, const std::string& field) {
@@ -64,7 +65,7 @@ class IdleFields {
   // Whether any joint or contact of the model has `field` as a tunable parameter.
   bool is_tunable(const std::string& field) const {
     const auto is_it = [&](const std::string& name) { return name.substr(name.rfind('.') + 1) == field; };
-    return std::any_of(model_.fmu.tunable.begin(), model_.fmu.tunable.end(), is_it);
+    return any_of(model_.fmu.tunable, is_it);
   }
 
   bool has_any(const Value& table, const char* fields) const {
@@ -94,8 +95,7 @@ class IdleFields {
 
   // Warns about output groups that contain no variables.
   void check_outputs(const Value& fmu) {
-    const bool acts = std::any_of(model_.actuators.begin(), model_.actuators.end(),
-                                  [](const Actuator& actuator) { return actuator.acts(); });
+    const bool acts = any_of(model_.actuators, [](const Actuator& actuator) { return actuator.acts(); });
     const std::tuple<const char*, bool, const char*> groups[] = {
         {"reference", model_.controller.joints.empty(), "a controller"},
         {"actuator", !acts, "an actuator other than a rigid gear"},
@@ -114,7 +114,7 @@ class IdleFields {
       return joint == "revolute" || joint == "universal" || joint == "spherical";
     }
     const std::string name = section.text("joint");
-    return std::any_of(model_.links.begin(), model_.links.end(), [&](const Link& link) {
+    return any_of(model_.links, [&](const Link& link) {
       return link.joint.name == name && link.joint.type == JointType::revolute;
     });
   }

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
+#include "model/any_of.hpp"
 #include "model/read/suggest.hpp"
 
 namespace redysim {
 namespace {
 
 bool is_of_ball(const Model& model, int link) {
-  return std::any_of(model.balls.begin(), model.balls.end(), [link](const Ball& ball) {
-    return link >= ball.chart_link && link < ball.chart_link + 4;
-  });
+  return any_of(model.balls,
+                [link](const Ball& ball) { return link >= ball.chart_link && link < ball.chart_link + 4; });
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ Course run(const char* model, const SolverSettings& settings, double step, long 
     if (changes) rig.system.tau(0) = 1e-2 * (k % 7 - 3);
     const long before = integrator.statistics().evaluations;
     bool changed = changes;
+    integrator.begin_communication_step();
     do {
       result.ok = integrator.advance((k + 1) * step, changed).ok;
       changed = false;
