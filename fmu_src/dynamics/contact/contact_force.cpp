@@ -144,8 +144,9 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
         act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
         ws.contact_power += contact_loss(law, touch, force);
         if constexpr (std::is_same_v<Scalar, double>) {
-          const auto number = static_cast<std::uint64_t>(&pair - plan.contact_pairs.data() + 1);
-          ws.contact_regions += number * number * region(law, touch);
+          const auto index = static_cast<std::uint64_t>(&pair - plan.contact_pairs.data());
+          const std::uint64_t number = (index << 16) + touch.ball + 1;
+          ws.contact_regions += number * number * number * region(law, touch);
         }
       });
 }

@@ -46,6 +46,7 @@ template <class Scalar>
 struct Touch {
   Scalar depth, rate, growth;
   Vec3<Scalar> normal, position, slip, spin, velocity;
+  std::size_t ball;  // index into ContactPair::balls
 };
 
 // Time derivative of the unit normal of a surface below p, which moves with `velocity`.
@@ -95,6 +96,7 @@ template <class Scalar>
   touch.velocity = rate;
   touch.slip = velocity + surface.normal * touch.rate;
   touch.spin = motion.omega;
+  touch.ball = static_cast<std::size_t>(&ball - pair.balls.data());
   return touch;
 }
 
