@@ -1,6 +1,5 @@
 #include "model/read/idle_fields.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 
