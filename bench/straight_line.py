@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from build_fmu import native
-from build_fmu.fmu.specialise import specialise
+from build_fmu.fmu.specialise import specialised_library
 from build_fmu.model.describe import describe
 from build_fmu.report.machine import machine_lines
 
@@ -44,8 +44,8 @@ def main() -> None:
         return
     print("building the KR5's library", file=sys.stderr, flush=True)
     model = ROOT / "models" / "kuka_kr5.toml"
-    special = specialise(describe(model), model)
-    print(f"kuka_kr5.specialised_library_bytes {special.library.stat().st_size}")
+    with specialised_library(describe(model), model) as special:
+        print(f"kuka_kr5.specialised_library_bytes {special.library.stat().st_size}")
     print(f"kuka_kr5.general_library_bytes {native.library().stat().st_size}")
     if special.faster:
         print(f"kuka_kr5.specialised_run_times_faster {special.faster:.3g}")

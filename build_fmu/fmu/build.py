@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -54,12 +55,12 @@ def build(
     drawn, undrawn = with_solids(model)
     picture = draw(drawn.drawing, model.model_name)
     played, reason = None, ""
-    with with_chosen_tolerance(model, model_file) as (packed, file):
+    with with_chosen_tolerance(model, model_file) as (packed, file), ExitStack() as until_written:
         own, how = {native.HOST: native.library(native.HOST)}, ""
         if specialised:
-            from build_fmu.fmu.specialise import specialise
+            from build_fmu.fmu.specialise import specialised_library
 
-            special = specialise(packed, file)
+            special = until_written.enter_context(specialised_library(packed, file))
             own, how = {"linux64": special.library}, special.summary()
             libraries |= own
         if show:

@@ -5,10 +5,14 @@ Requires the source tree, CMake and a C++ compiler. The build folder `build/spec
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -40,8 +44,12 @@ class Specialised:
         )
 
 
-def specialise(model: Description, model_file: Path) -> Specialised:
-    """Compiles the library of a described model; raises UserError if a tool is missing or fails."""
+@contextmanager
+def specialised_library(model: Description, model_file: Path) -> Iterator[Specialised]:
+    """Compiles the library of a described model, which no other process rebuilds in the block.
+
+    Raises UserError if a tool is missing or fails.
+    """
     source = native.SOURCE_TREE
     if not (source / "CMakeLists.txt").is_file() or not (source / "fmu_src").is_dir():
         raise UserError("--specialise requires the source tree of build_fmu: install build_fmu from it")
@@ -50,6 +58,23 @@ def specialise(model: Description, model_file: Path) -> Specialised:
             raise UserError(f"--specialise requires {tool}, which is not installed")
     folder = source / "build" / "specialised" / model.model_identifier
     folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder):
+        yield _compile(model, model_file, source, folder)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Keeps a build folder to this thread; others wait."""
+    with (folder / "lock").open("w", encoding="utf-8") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print(f"waiting for another build in '{folder}'", file=sys.stderr, flush=True)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _compile(model: Description, model_file: Path, source: Path, folder: Path) -> Specialised:
     line, reason = _straight_line(model_file, folder)
     if line is None and model.needs_own_library:
         raise UserError(f"method taylor needs straight-line code: {reason}")

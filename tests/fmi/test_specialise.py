@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -100,6 +101,25 @@ def test_a_straight_line_follows_tunable_parameters(tmp_path):
     start = {"link6.mass": 3.0, "joint2.damping": 20.0}
     assert np.allclose(run(general, **start)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-7)
     assert not np.allclose(run(general)["joint2.q"], run(special, **start)["joint2.q"], atol=1e-3)
+
+
+@pytest.mark.slow
+def test_models_of_one_name_are_compiled_one_after_another(tmp_path):
+    text = (MODELS / "double_pendulum.toml").read_text(encoding="utf-8")
+    methods = ("erk", "adams")
+    targets = [tmp_path / method / "double_pendulum.fmu" for method in methods]
+    for method, target in zip(methods, targets, strict=True):
+        target.parent.mkdir()
+        target.with_suffix(".toml").write_text(text.replace("[solver]", f'[solver]\nmethod = "{method}"'), encoding="utf-8")
+
+    def compiled(target):
+        return build(describe(target.with_suffix(".toml")), target.with_suffix(".toml"), target, specialised=True).specialised
+
+    with ThreadPoolExecutor() as pool:
+        summaries = list(pool.map(compiled, targets))
+    for method, target, summary in zip(methods, targets, summaries, strict=True):
+        assert method in summary
+        assert run(target)["time"][-1] == 0.5
 
 
 @pytest.mark.slow
