@@ -1,5 +1,7 @@
 #include "fmi/boundary/resource_location.hpp"
 
+#include "model/any_of.hpp"
+
 #ifdef _WIN32
 #include <windows.h>
 #elif defined(__APPLE__)
@@ -44,8 +46,7 @@ bool starts_with(const std::string& text, const char* prefix, std::size_t length
 
 void add(std::vector<std::string>& list, std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
-  if (!path.empty() && std::find(list.begin(), list.end(), path) == list.end())
-    list.push_back(std::move(path));
+  if (!path.empty() && !contains(list, path)) list.push_back(std::move(path));
 }
 
 }  // namespace

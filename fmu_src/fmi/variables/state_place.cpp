@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "model/any_of.hpp"
+
 namespace redysim {
 namespace {
 
@@ -72,7 +74,7 @@ std::vector<CoordinatePlace> coordinate_places(const System& system) {
     if (!plan.joints[i].of_ball) {
       const int place = integrated_place(system, i);
       places.push_back({place < 0 ? -1 : layout.q[place], place < 0 ? -1 : layout.qd[place], i, -1, 0});
-    } else if (std::find(plan.balls.begin(), plan.balls.end(), i) != plan.balls.end()) {
+    } else if (contains(plan.balls, i)) {
       ++ball;
       for (int axis = 0; axis < 3; ++axis)
         places.push_back({layout.quaternion[ball], layout.omega[ball] + axis, i + 1 + axis, ball, axis});

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "integrate/control/internal_model.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 
@@ -78,9 +79,7 @@ double Control::next_breakpoint(double time, const double* phases) const {
   return is_sampled() ? std::min(knot, sampler_.next_instant(time, phases + trajectories_.size())) : knot;
 }
 
-bool Control::controls(int joint) const {
-  return std::find(joints_.begin(), joints_.end(), joint) != joints_.end();
-}
+bool Control::controls(int joint) const { return contains(joints_, joint); }
 
 void Control::set_motions(double time, const double* phases, double* q, double* qd) const {
   for (std::size_t i = 0; i < trajectory_of_.size(); ++i) {

@@ -7,6 +7,7 @@
 
 #include "integrate/methods/methods.hpp"
 #include "integrate/system/dense_lu.hpp"
+#include "model/any_of.hpp"
 
 namespace redysim {
 namespace {
@@ -408,7 +409,7 @@ bool Transition::differentiate(double h) {
   next_ = columns_before_;
   for (std::size_t i = 0; i < method_->stages; ++i)
     subtract(static_cast<std::int64_t>(all), -h * method_->weights[i], &changes_[i * all], next_.data());
-  return std::all_of(next_.begin(), next_.end(), [](double value) { return std::isfinite(value); });
+  return !any_of(next_, [](double value) { return !std::isfinite(value); });
 }
 
 // Weighted sum of the slopes at the stages with these factors, plus that at the start (null: none), relative

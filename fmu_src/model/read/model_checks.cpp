@@ -1,7 +1,8 @@
 #include "model/read/model_checks.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
+
+#include "model/any_of.hpp"
 
 namespace redysim {
 namespace {
@@ -110,9 +111,8 @@ std::vector<int> rigid_carriers(const std::vector<LinkDraft>& drafts) {
 void check_movable(std::vector<LinkDraft>& drafts, Section& top) {
   bool movable = false;
   const std::vector<Outboard> outboard = outboards(drafts);
-  const bool massless = std::all_of(drafts.begin(), drafts.end(), [](const LinkDraft& draft) {
-    return draft.link.mass == 0 && !has_inertia(draft.link);
-  });
+  const bool massless =
+      !any_of(drafts, [](const LinkDraft& draft) { return draft.link.mass != 0 || has_inertia(draft.link); });
   for (std::size_t i = 0; i < drafts.size(); ++i) {
     const Joint& joint = drafts[i].link.joint;
     if (!moves(joint)) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "math/angles.hpp"
+#include "model/any_of.hpp"
 #include "model/read/suggest.hpp"
 
 namespace redysim {
@@ -18,8 +19,8 @@ double minimum_of(Bound bound) {
 
 bool is_identifier(const std::string& text) {
   if (text.empty() || ('0' <= text[0] && text[0] <= '9')) return false;
-  return std::all_of(text.begin(), text.end(), [](char c) {
-    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_';
+  return !any_of(text, [](char c) {
+    return !(('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_');
   });
 }
 
@@ -71,7 +72,7 @@ constexpr std::string_view fields_of_types =
 void Section::refuse_unknown() {
   const std::string kind = label_.substr(0, label_.find(' '));
   for (const Entry& entry : table_->entries) {
-    if (std::find(known_.begin(), known_.end(), entry.key) != known_.end()) continue;
+    if (contains(known_, entry.key)) continue;
     if (depends_on_type(kind, entry.key))
       error(entry.place, entry.key + " does not apply to this type of " + (kind == "link" ? "joint" : kind));
     else

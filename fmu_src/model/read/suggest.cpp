@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "model/any_of.hpp"
+
 namespace redysim {
 namespace {
 
@@ -65,8 +67,7 @@ constexpr std::pair<const char*, const char*> other_names[] = {
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   if (word.size() > 200) return {};
   for (const auto& [other, ours] : other_names)
-    if (word == other && std::find(candidates.begin(), candidates.end(), ours) != candidates.end())
-      return "; did you mean '" + std::string(ours) + "'?";
+    if (word == other && contains(candidates, ours)) return "; did you mean '" + std::string(ours) + "'?";
   std::size_t best = std::max<std::size_t>(1, word.size() / 3) + 1;
   const std::string* closest = nullptr;
   for (const std::string& candidate : candidates) {
