@@ -88,20 +88,20 @@ struct Regions {
 
 bool resists(const System& system, int i) { return system.plan().joints[system.joint_of(i)].has_resistance; }
 
-// Distances of integrated joint i to the corners of its force: positions to the beginning and end of the
-// contact with its stops, then velocities to the beginning and end of a reversal against friction. NaN: none.
+// Distances of a joint, index into the plan, to the corners of its force: positions to the beginning and end
+// of the contact with its stops, then velocities to the beginning and end of a reversal against friction.
+// NaN: none.
 constexpr std::size_t positions = 4;
 using Gaps = std::array<double, positions + 2>;
-Gaps gaps_of(const System& system, int i, const double* y) {
-  const Plan<double>& plan = system.plan();
-  const JointPlan<double>& joint = plan.joints[system.joint_of(i)];
+Gaps gaps_of(const Plan<double>& plan, int joint, const Moving& at) {
   Gaps gaps;
   gaps.fill(std::numeric_limits<double>::quiet_NaN());
-  const Resistance<double>& of = plan.resistances[system.joint_of(i)];
+  const Resistance<double>& of = plan.resistances[joint];
   const double limits[] = {of.lower, of.lower - of.width, of.upper, of.upper + of.width};
-  const double speed = y[system.layout().qd[i]], reversal = 1 / of.per_velocity;
-  for (std::size_t k = 0; joint.has_stops && k < positions; ++k) gaps[k] = y[i] - limits[k];
-  if (joint.has_friction) gaps[positions] = speed - reversal, gaps[positions + 1] = speed + reversal;
+  const double reversal = 1 / of.per_velocity;
+  for (std::size_t k = 0; plan.joints[joint].has_stops && k < positions; ++k) gaps[k] = at.value - limits[k];
+  if (plan.joints[joint].has_friction)
+    gaps[positions] = at.rate - reversal, gaps[positions + 1] = at.rate + reversal;
   return gaps;
 }
 
@@ -113,14 +113,16 @@ double twist(const Actuators& actuators, int k, double motor, const double* join
 
 std::uint64_t regions_of_state(System& system, double time, const double* y) {
   Regions regions;
-  for (int i = 0; i < system.simple(); ++i) {
-    if (!resists(system, i)) continue;
+  const Plan<double>& plan = system.plan();
+  const System::Coordinates at = system.coordinates(time, y);
+  // of prescribed joints, too: the work that moves them is integrated
+  for (int joint = 0; joint < plan.nv; ++joint) {
+    if (!plan.joints[joint].has_resistance) continue;
     unsigned beyond = 0;
-    for (double gap : gaps_of(system, i, y)) beyond = 2 * beyond + (gap > 0 ? 1 : 0);
+    for (double gap : gaps_of(plan, joint, {at.q[joint], at.qd[joint]}))
+      beyond = 2 * beyond + (gap > 0 ? 1 : 0);
     regions.append(beyond);
   }
-  if (system.plan().elastic_couplings.empty() && !system.actuators()) return regions.code;
-  const System::Coordinates at = system.coordinates(time, y);
   for (const ElasticCouplingPlan& coupling : system.plan().elastic_couplings)
     if (coupling.half_play > 0)
       regions.append(coupling.region(coupling_sum(coupling, at.q, coupling.offset)));
@@ -232,8 +234,8 @@ double time_to_corner(const System& system, const double* y, const double* slope
   double earliest = never;
   for (int i = 0; i < system.simple(); ++i) {
     if (!resists(system, i)) continue;
-    const Gaps gaps = gaps_of(system, i, y);
     const int rate = system.layout().qd[i];
+    const Gaps gaps = gaps_of(system.plan(), system.joint_of(i), {y[i], y[rate]});
     for (std::size_t k = 0; k < gaps.size(); ++k) {
       const double time = k < positions ? time_to_close(gaps[k], y[rate], slope[rate])
                                         : time_to_close(gaps[k], slope[rate], 0);
