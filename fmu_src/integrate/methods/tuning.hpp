@@ -77,6 +77,7 @@ struct Tuning {
   static constexpr double overtaken = 1.3;  // relative to the rival's cost: invalidates the last trial
   static constexpr double undecided_share = 0.125;  // minimum wait after that, relative to the previous wait
   static constexpr double undecided_wait = 200;     // minimum wait after that, right-hand sides
+  static constexpr double short_evidence = 0.05;    // time of a measurement relative to that of the trial
   static constexpr double present_margin = 1.5;     // maximum ratio to the cost of the present step size
   static constexpr double least_account = 24;       // right-hand sides before a trial
   static constexpr double settling_cost = 120;      // right-hand sides before the measurement of a trial

@@ -54,6 +54,7 @@ struct AutomaticMemory {
   double failed_cost = 0;                        // of the last failed trial, right-hand sides per second
   double mark_step = 0;                          // step size at the start of the measurement, s
   double home_cost = 0;                          // right-hand sides per second before the trial
+  double home_time = 0;                          // time in which that was measured, s
   double step[choices] = {};                     // last step size of each method, s; 0: unknown
   double due[choices] = {}, wait[choices] = {};  // work at which each may be tried; wait after a failed trial
 
@@ -70,7 +71,7 @@ struct AutomaticMemory {
          {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
           &memory.interval_begun, &memory.interval_work, &memory.average_work, &memory.average_time,
           &memory.begun, &memory.older_work, &memory.older_time, &memory.failed_cost, &memory.mark_work,
-          &memory.mark_time, &memory.mark_step, &memory.home_cost})
+          &memory.mark_time, &memory.mark_step, &memory.home_cost, &memory.home_time})
       visit(*value);
     for (auto* values : {&memory.step, &memory.due, &memory.wait})
       for (auto& value : *values) visit(value);

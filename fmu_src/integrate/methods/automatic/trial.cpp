@@ -12,6 +12,7 @@ void Automatic::begin_trial(Choice candidate, double span) {
   double home_cost = present_cost(span);
   // a short interval that is difficult for the method in use, for example an impact, must not decide
   if (memory_.average_work > 0) home_cost = std::min(home_cost, memory_.average_work / memory_.average_time);
+  memory_.home_time = memory_.average_time > 0 ? memory_.average_time : time() - memory_.older_time;
   note(Event::tries, candidate, choice(), 0, home_cost);
   use(candidate);
   memory_.home = home;
@@ -65,11 +66,15 @@ void Automatic::judge_trial(double cost) {
   const int loser = static_cast<int>(better ? home : tried);
   double& wait = memory_.wait[loser];
   // trials must be a small part of the work
-  const double excess = std::fabs(cost - memory_.home_cost) * (time() - memory_.mark_time);
+  const double passed = time() - memory_.mark_time;
+  const double excess = std::fabs(cost - memory_.home_cost) * passed;
   const double scale = std::max(1.0, excess / Tuning::usual_excess);
   if (better) {
+    // a cost measured in a much shorter time was perhaps that of a difficult start
+    const bool is_doubtful = memory_.home_time < Tuning::short_evidence * passed;
     memory_.due[loser] =
-        work() + scale * std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait);
+        work() + (is_doubtful ? Tuning::undecided_wait
+                              : scale * std::min(Tuning::first_wait / (ratio * ratio), Tuning::longest_wait));
   } else {
     memory_.due[loser] = work() + scale * wait;
     wait = std::min(Tuning::longer_wait * wait, Tuning::longest_wait);
