@@ -85,7 +85,7 @@ class Description:
     warnings: list[str] = field(default_factory=list)
     report: dict[str, Any] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)  # features of the library that the model uses
-    depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through trajectories
+    depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through prescribed motion
     folder: Path | None = None  # of the model file, to which its meshes are relative
     derivatives: list[Unknown] = field(default_factory=list)  # in the order of the states
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered

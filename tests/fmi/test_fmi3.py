@@ -387,14 +387,14 @@ def test_tolerance_and_stop_time_of_the_master(fmu3):
         slave.initialize()
 
 
-def test_outputs_of_a_model_with_trajectories_depend_on_time(fmu3):
+def test_outputs_of_a_model_with_prescribed_motion_depend_on_time(fmu3):
     def with_time(name: str) -> bool:
         rows = fmu3(name).xml.findall("ModelStructure/Output[@dependencies]")
         found = {"0" in row.get("dependencies").split() for row in rows}
         assert len(found) == 1
         return found.pop()
 
-    assert with_time("kuka_kr5_computed_torque") and not with_time("cart")
+    assert with_time("kuka_kr5_computed_torque") and with_time("stick_slip") and not with_time("cart")
 
 
 def test_frames_with_force_inputs_are_terminals(fmu3):

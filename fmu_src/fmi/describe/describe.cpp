@@ -22,6 +22,7 @@
 #include "fmi/variables/variables.hpp"
 #include "integrate/system/independent_coordinates.hpp"
 #include "integrate/system/start.hpp"
+#include "model/any_of.hpp"
 #include "model/features.hpp"
 #include "model/model_exchange.hpp"
 #include "model/read/fingerprint.hpp"
@@ -47,6 +48,12 @@ std::string identifier(const std::string& name) {
   return result.empty() ? "model" : result;
 }
 
+// Motion inputs that are not set move a joint at its start velocity.
+bool depends_on_time(const Model& model) {
+  return !model.trajectories.empty() ||
+         any_of(model.links, [](const Link& link) { return link.joint.drive == Drive::motion; });
+}
+
 void write_header(Json& json, const ModelFile& file) {
   const Model& model = file.model;
   json.member("format", json_format);
@@ -55,7 +62,7 @@ void write_header(Json& json, const ModelFile& file) {
   json.key("resources").begin_array();
   for (const std::string& name : file.attached) json.value(name);
   json.end_array();
-  json.member("depends_on_time", !model.trajectories.empty());
+  json.member("depends_on_time", depends_on_time(model));
   json.member("generation_tool", "ReDySim-FMU " REDYSIM_VERSION);
   json.key("origin").begin_object();
   for (std::size_t i = 0; i < model.fmu.origin.size(); ++i)
