@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from build_fmu.errors import UserError
-from build_fmu.run.session import Session
+from build_fmu.run.session import WARNING, Session
 
 INDEPENDENT = re.compile(r"independent\.(q|qd|qdd)\[(\d+)\]")
 
@@ -79,7 +79,11 @@ class Evaluation(Session):
         return dx
 
     def jacobian(self, unknowns: Sequence[str], knowns: Sequence[str]) -> np.ndarray:
-        """Returns the exact derivatives at the current place: one row per unknown, one column per known."""
+        """Returns the exact derivatives at the current place: one row per unknown, one column per known.
+
+        Raises UserError where loops are in a singular configuration.
+        """
+        logged = len(self.log)
         rows, result = self.references(unknowns), np.empty((len(unknowns), len(knowns)))
         for j, reference in enumerate(self.references(knowns)):
 
@@ -87,6 +91,9 @@ class Evaluation(Session):
                 return self.instance.getDirectionalDerivative(rows, [known], [1.0])
 
             result[:, j] = self._guarded("when differentiating the equations of motion", column)
+            for status, text in self.log[logged:]:
+                if status == WARNING:
+                    raise UserError(f"there is no linear model: {text.split(': ', 1)[-1]}")
         return result
 
     def references(self, names: Sequence[str]) -> list[int]:

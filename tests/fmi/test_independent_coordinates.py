@@ -114,6 +114,60 @@ def test_states_far_away_are_refused_or_closed(fmu):
         assert tool.set_states(states) == OK and np.isfinite(tool.derivatives()).all()
 
 
+@pytest.mark.parametrize("name", ["five_bar", "slider_crank", "stewart_platform", "three_rrr"])
+def test_rejected_trial_states_leave_no_trace(fmu, name):
+    """After far states the last completed ones have the same slopes bit for bit: on their branch, and closed from there."""
+    generator = np.random.default_rng(1)
+    with Exchange(fmu(name)) as tool:
+        tool.begin()
+        states = tool.get_states()
+        assert not tool.completed_step()
+        before, slopes = list(tool.derivatives()), np.empty(len(states))
+        for _ in range(200):
+            assert tool.set_states(states + generator.uniform(-3, 3, len(states))) == OK
+            assert tool.call("GetDerivatives", slopes.ctypes.data_as(c.c_void_p), c.c_size_t(len(slopes))) in (OK, DISCARD)
+            assert tool.set_states(states) == OK and list(tool.derivatives()) == before
+
+
+def test_a_master_that_completes_no_steps_follows_the_loop(fmu):
+    joints = reals(fmu("four_bar"), ".q")
+    with Exchange(fmu("four_bar")) as tool, Exchange(fmu("four_bar")) as complete:
+        for one in (tool, complete):
+            one.begin()
+        start = tool.get_states()
+        crank = list(tool.reals(["crank_joint.q"]))[0]
+        for turn in np.arange(0.02, 4 * np.pi, 0.1):
+            moved_by = np.zeros(len(start))
+            moved_by[np.isclose(start, crank)] = turn
+            assert moved_by.any()
+            for one in (tool, complete):
+                assert one.set_states(start + moved_by) == OK
+            complete.reals(joints)
+            complete.completed_step()
+            assert tool.reals(joints) == pytest.approx(complete.reals(joints), abs=1e-9)
+
+
+def test_singular_configurations_are_reported(fmu):
+    """Where rows of a loop are dependent, accelerations leave the branch: a warning, once, and one for each derivative."""
+    with Exchange(fmu("parallelogram")) as tool:
+        tool.begin()
+        states = tool.get_states()
+
+        def warnings(function: str) -> int:
+            return sum(f"{function}: " in text and "singular configuration" in text for _, _, text in tool.messages)
+
+        for _ in range(2):
+            tool.derivatives()
+        assert warnings("GetDerivatives") == 1
+        with pytest.raises(AssertionError):  # fmi2Warning
+            tool.directional(tool.slopes, tool.states[:1], [1.0])
+        assert warnings("GetDirectionalDerivative") == 1
+        crank = np.eye(len(states))[tool.slopes.index("independent.qd[1]")]
+        assert tool.set_states(states + 1e-3 * crank) == OK
+        tool.directional(tool.slopes, tool.states[:1], [1.0])
+        assert warnings("GetDirectionalDerivative") == 1
+
+
 def test_angles_of_spherical_joints_are_independent(built):
     """CVode of FMPy against the solver of the FMU, through several choices of charts and coordinates; the Jacobian is exact."""
     from fmpy import simulate_fmu

@@ -153,6 +153,11 @@ def test_derivative_of_a_step_whose_first_stages_are_out_of_reach(model):
     assert pytest.approx(halves[1] @ halves[0], abs=1e-5 * abs(A).max()) == A
 
 
+def test_no_linear_model_in_a_singular_configuration(model):
+    with pytest.raises(UserError, match="singular configuration of the closed loops"):
+        model("parallelogram").linearise()
+
+
 def test_two_steps_multiply(model):
     m = model(DOUBLE)
     x, u, h = m.start(), np.array([1.0, -0.5]), 0.1

@@ -92,6 +92,9 @@ class Instance {
 
   // Logs "<function>: <why>" and returns fmi2Error.
   fmi2Status refuse(Function function, const std::string& why);
+  // Whether rows of the loops were dependent in the last right-hand side: accelerations may then be wrong.
+  bool loops_are_singular();
+  fmi2Status status_of_derivatives(Function function);
   // Values that are not finite in continuous-time mode are not an error of the master: a smaller step may
   // avoid them. Fills `values` with NaN, for masters that ignore the status.
   fmi2Status discard(Function function, const std::string& why, double* values, std::size_t count);
@@ -125,6 +128,9 @@ class Instance {
   fmi2Status read_derivatives(Function function, const unsigned* references, std::size_t count,
                               double* derivatives);
 
+  static constexpr const char* singular_loops =
+      "accelerations and derivatives may be wrong by several percent in this singular configuration of the "
+      "closed loops";
   static constexpr const char* zero_quaternion = "a quaternion is zero or too long: it has no orientation";
   bool is_given_state(const Variable& variable) const;
   bool set_states(const unsigned* references, std::size_t count, const double* values);
@@ -152,7 +158,8 @@ class Instance {
   Travel travel_;
   IntermediateUpdate update_;
   std::vector<double> applied_inputs_;  // at the end of the last step
-  bool nominals_are_new_ = false;       // since the last event, in model exchange
+  bool singular_is_reported_ = false;
+  bool nominals_are_new_ = false;  // since the last event, in model exchange
 };
 
 }  // namespace redysim

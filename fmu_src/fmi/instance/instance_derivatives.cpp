@@ -68,16 +68,18 @@ fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_
       return refuse(function, "a seed must be a finite number, got " + shown(seed[i]));
   if (life_.state != State::initialization &&
       derivatives_.pull_back(unknowns, unknown_count, knowns, known_count, seed, sensitivity))
-    return fmi2OK;
+    return status_of_derivatives(function);
   std::vector<double> column(unknown_count);
+  fmi2Status worst = fmi2OK;
   for (std::size_t k = 0; k < known_count; ++k) {
     const double one = 1;
     const fmi2Status status =
         directional_derivative(function, unknowns, unknown_count, knowns + k, 1, &one, column.data());
-    if (status != fmi2OK) return status;
+    if (status > fmi2Warning) return status;
+    worst = std::max(worst, status);
     sensitivity[k] = std::inner_product(column.begin(), column.end(), seed, 0.0);
   }
-  return fmi2OK;
+  return worst;
 }
 
 fmi2Status Instance::directional_derivative(Function function, const unsigned* unknowns,
@@ -147,7 +149,18 @@ fmi2Status Instance::read_derivatives(Function function, const unsigned* referen
   if (!why.empty()) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i)
     derivatives[i] = derivatives_.read(*simulation_.table.real(references[i]));
-  return fmi2OK;
+  return status_of_derivatives(function);
+}
+
+bool Instance::loops_are_singular() {
+  return simulation_.system.has_constraints() &&
+         simulation_.system.independent_rows() < simulation_.independent().rank();
+}
+
+fmi2Status Instance::status_of_derivatives(Function function) {
+  if (life_.state == State::initialization || !loops_are_singular()) return fmi2OK;
+  log_.warning(name_of(function) + ": " + singular_loops);
+  return fmi2Warning;
 }
 
 }  // namespace redysim

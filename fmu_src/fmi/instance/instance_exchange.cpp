@@ -50,7 +50,7 @@ std::string Instance::settle_states(bool& changed) {
     return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
   const bool chosen = should_choose();
   changed = stretched || chosen;
-  given().completed_step(y);
+  given().keep(y);
   if (stretched) given().normalise();
   if (chosen) given().choose();
   nominals_are_new_ |= chosen;
@@ -178,6 +178,10 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   if (!why.empty()) return refuse(function, why);
   why = values_.update(Needs::slopes);
   if (!why.empty()) return discard(function, why, derivatives, count);
+  if (!singular_is_reported_ && loops_are_singular()) {
+    log_.warning(name_of(function) + ": " + singular_loops + ", at " + shown(simulation_.time) + " s");
+    singular_is_reported_ = true;
+  }
   const IndependentCoordinates& of = state_.independent();
   const double* slopes = values_.slopes().data();
   for (int i : of.kept()) *derivatives++ = slopes[i];

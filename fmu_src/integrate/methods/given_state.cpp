@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "integrate/methods/methods.hpp"
 #include "integrate/system/bytes.hpp"
@@ -19,7 +20,8 @@ GivenState::GivenState(const System& system, IndependentCoordinates& independent
       coordinates_(independent),
       y_(static_cast<std::size_t>(system.size())),
       independent_(2 * static_cast<std::size_t>(independent.count())),
-      driven_(coordinates_.driven(0, y_.data())) {}
+      completed_(start_at(0, y_.data())),
+      far_(completed_) {}
 
 Outcome GivenState::start(double time, const double* y) {
   time_ = time;
@@ -34,7 +36,7 @@ void GivenState::set_state(const double* y) {
 }
 
 void GivenState::choose() {
-  driven_ = coordinates_.driven(time_, y_.data());
+  completed_ = far_ = start_at(time_, y_.data());
   coordinates_.choose(time_, y_.data());
   for (int k = 0; k < coordinates_.count(); ++k) {
     const IndependentCoordinates::Motion motion = coordinates_.motion(k, y_.data());
@@ -59,20 +61,38 @@ bool GivenState::set(const double* states) {
 }
 
 bool GivenState::close(double time, double* y) {
-  const double* velocities = independent_.data() + coordinates_.count();
-  const auto close_from_here = [&] {
-    return coordinates_.close(time, independent_.data(), velocities, driven_, y);
-  };
-  if (!close_from_here()) return false;
-  if (!coordinates_.was_far()) return true;
-  // some masters complete no steps; a restored state starts from here, too
-  completed_step(y);
-  return close_from_here();
+  const bool closed = close_from(completed_, time, y);
+  if (closed && !coordinates_.was_far()) return true;
+  if (completes_steps_ == 0) {
+    if (!closed) return false;
+    keep(y);
+    return close_from(completed_, time, y);
+  }
+  const std::vector<double> found(y, y + y_.size());
+  const bool closed_again = close_from(far_, time, y);
+  if (!closed && !closed_again) return false;
+  if (closed && (!closed_again || coordinates_.was_far())) std::copy(found.begin(), found.end(), y);
+  far_ = start_at(time, y);
+  return close_from(far_, time, y);
 }
 
-void GivenState::completed_step(const double* y) {
+bool GivenState::close_from(const Start& start, double time, double* y) {
+  auto next = start.dependent.begin();
+  for (int i : coordinates_.dependent()) y[i] = *next++;
+  return coordinates_.close(time, independent_.data(), independent_.data() + coordinates_.count(),
+                            start.driven, y);
+}
+
+GivenState::Start GivenState::start_at(double time, const double* y) const {
+  Start start;
+  for (int i : coordinates_.dependent()) start.dependent.push_back(y[i]);
+  start.driven = coordinates_.driven(time, y);
+  return start;
+}
+
+void GivenState::keep(const double* y) {
   for (int i : coordinates_.dependent()) y_[static_cast<std::size_t>(i)] = y[i];
-  driven_ = coordinates_.driven(time_, y);
+  completed_ = far_ = start_at(time_, y);
 }
 
 Outcome GivenState::advance(double, bool) { return failure(time_, "the master integrates"); }
@@ -103,7 +123,9 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
   writer.put(time_);
   writer.put(y_.data(), y_.size());
   writer.put(independent_.data(), independent_.size());
-  writer.put(driven_.data(), driven_.size());
+  writer.put(completes_steps_);
+  for (const Start* start : {&completed_, &far_})
+    for (const auto* part : {&start->dependent, &start->driven}) writer.put(part->data(), part->size());
   const std::vector<double> choice = coordinates_.choice();
   writer.put(choice.data(), choice.size());
 }
@@ -111,20 +133,30 @@ void GivenState::save(std::vector<unsigned char>& bytes) const {
 bool GivenState::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   double marked = 0, time = 0;
-  std::vector<double> y(y_.size()), independent(independent_.size()), driven(driven_.size()),
-      choice = coordinates_.choice();
+  std::uint8_t completes = 0;
+  bool finite = true;
+  std::vector<double> y(y_.size()), independent(independent_.size()), choice = coordinates_.choice();
+  Start completed = completed_, far = far_;
   reader.get(marked);
   reader.get(time);
-  for (std::vector<double>* part : {&y, &independent, &driven, &choice})
+  for (auto* part : {&y, &independent}) {
     reader.get(part->data(), part->size());
-  if (!reader.finished() || marked != mark || !check_start(time, y).ok ||
-      !has_orientations(layout_, y.data()) || !check_start(time, independent).ok ||
-      !check_start(time, driven).ok || !coordinates_.restore(choice))
+    finite = finite && check_start(time, *part).ok;
+  }
+  reader.get(completes);
+  for (auto* part : {&completed.dependent, &completed.driven, &far.dependent, &far.driven, &choice}) {
+    reader.get(part->data(), part->size());
+    finite = finite && check_start(time, *part).ok;
+  }
+  if (!reader.finished() || marked != mark || !finite || !has_orientations(layout_, y.data()) ||
+      !coordinates_.restore(choice))
     return false;
   time_ = time;
   y_.swap(y);
   independent_.swap(independent);
-  driven_.swap(driven);
+  completes_steps_ = completes;
+  completed_ = std::move(completed);
+  far_ = std::move(far);
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "integrate/methods/integrator.hpp"
@@ -27,11 +28,16 @@ class GivenState final : public Integrator {
 
   void get(double* states) const;
   bool set(const double* states);  // false: a quaternion would be zero
-  // Projects y onto the constraints; false: not possible. Far from the last completed step, y replaces the
-  // stored state.
+  // Projects y, state() on entry, onto the constraints, along a path from the last completed step or, if this
+  // is far, from the last state that was. False: not possible. If the master completes no steps, y replaces
+  // the stored state there.
   bool close(double time, double* y);
-  void completed_step(const double* y);  // y: satisfies the constraints
-  void choose();                         // chooses independent coordinates at the last completed step
+  void keep(const double* y);  // replaces the stored state by one that satisfies the constraints
+  void completed_step(const double* y) {
+    completes_steps_ = 1;
+    keep(y);
+  }
+  void choose();  // chooses independent coordinates at the last completed step
   void set_time(double time) { time_ = time; }
   // Maximum deviation of a quaternion's norm from 1.
   double stretch() const;
@@ -40,11 +46,20 @@ class GivenState final : public Integrator {
   static bool has_orientations(const StateLayout& layout, const double* y);  // has_orientation of each
 
  private:
+  // A configuration from which loops are closed: entries of y in clusters, and values of
+  // IndependentCoordinates::driven.
+  struct Start {
+    std::vector<double> dependent, driven;
+  };
+  Start start_at(double time, const double* y) const;
+  bool close_from(const Start& start, double time, double* y);
+
   const StateLayout layout_;
   double time_ = 0;
   IndependentCoordinates& coordinates_;
   std::vector<double> y_, independent_;  // independent_: positions, then velocities
-  std::vector<double> driven_;           // values of IndependentCoordinates::driven at y_
+  std::uint8_t completes_steps_ = 0;     // 1: the master does
+  Start completed_, far_;                // the stored state; the last one far from it, or the same
   Statistics statistics_;
 };
 

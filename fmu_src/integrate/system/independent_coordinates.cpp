@@ -110,6 +110,12 @@ IndependentCoordinates::Entry IndependentCoordinates::entry(int joint) const {
   return entry;
 }
 
+int IndependentCoordinates::rank() const {
+  int rank = 0;
+  for (const auto& cluster : clusters_) rank += cluster->rank();
+  return rank;
+}
+
 void IndependentCoordinates::nominals(double* states) const {
   std::vector<double> of_y(y_.size());
   system_.nominals(of_y.data());

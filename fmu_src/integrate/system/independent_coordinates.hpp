@@ -28,6 +28,7 @@ class IndependentCoordinates {
 
   int count() const { return static_cast<int>(entries_.size()); }  // number of independent positions
   int size() const { return static_cast<int>(kept_.size()) + 2 * count(); }
+  int rank() const;  // of the constraints, except in singular configurations
   const std::vector<int>& kept() const { return kept_; }            // entries of y that are states, ascending
   const std::vector<int>& dependent() const { return dependent_; }  // the other entries of y
   int joint(int k) const { return entries_[k].joint; }              // index into the plan
