@@ -254,6 +254,7 @@ fmi2Status Instance::reset() {
   applied_inputs_ = system.inputs();
   simulation_.integrator.reset();
   simulation_.time = 0;
+  singular_is_reported_ = false;
   life_ = {};
   system.set_scales(simulation_.model, simulation_.parameters);
   motion_.reset();

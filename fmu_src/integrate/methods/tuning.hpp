@@ -35,6 +35,7 @@ struct Tuning {
   // twice as many, and so on; an estimate takes 19. No estimate while explicit methods take one step for each
   // input.
   static constexpr double first_estimate = 100;
+  static constexpr double second_estimate = 60;  // right-hand sides until a first one is confirmed
   static constexpr double rarest_estimate = 3000;
   static constexpr double held_for_estimate = 1.5;
   // Step size times spectral radius from which on stability limits an explicit method. For erk: relative to

@@ -59,7 +59,7 @@ void Automatic::use(Choice choice) {
   if (controls_step(choice) && known > 0) static_cast<OneStep&>(next).expect_step(known);
   current_ = &next;
   memory_.choice = memory_.home = static_cast<std::uint8_t>(choice);
-  memory_.oscillation = 0;
+  memory_.oscillation = memory_.limited = 0;
   count();
   memory_.begun = work();
 }

@@ -136,6 +136,7 @@ class Automatic final : public Integrator {
   bool adams_pays(const Outlook& outlook) const;
   void consider_stiffness(const Outlook& outlook);
   bool limited_by_stability(double radius, double of_hold) const;
+  Choice confirmed(Choice candidate);
   Choice instead_of_explicit(double radius, const Outlook& outlook) const;
   Choice instead_of_other(double radius, const Outlook& outlook);
   bool exponential_pays(double radius, const Outlook& outlook);

@@ -24,6 +24,8 @@ double Automatic::steps_held(double end, double span) const {
 
 // Whether stability limits the steps of the explicit method in use.
 bool Automatic::limited_by_stability(double radius, double of_hold) const {
+  // a limit is confirmed by a second estimate at half the threshold
+  if (memory_.limited != 0) radius *= 2;
   return choice() == Choice::adams
              ? step() * radius > (has_series ? Tuning::series_stability : Tuning::adams_stability)
              : static_cast<const OneStep*>(current_)->stability_used(radius) >
@@ -80,10 +82,19 @@ void Automatic::consider_stiffness(const Outlook& outlook) {
   memory_.estimate_due = work() + memory_.interval;
   if (!(time() > memory_.older_time)) return;
   const bool steps_by_stability = choice() == Choice::erk || choice() == Choice::adams;
-  Choice candidate =
-      steps_by_stability ? instead_of_explicit(radius, outlook) : instead_of_other(radius, outlook);
+  Choice candidate = steps_by_stability ? confirmed(instead_of_explicit(radius, outlook))
+                                        : instead_of_other(radius, outlook);
   if (exponential_pays(radius, outlook)) candidate = Choice::exponential;
   if (candidate != choice()) begin_trial(candidate, outlook.span);
+}
+
+// One estimate may be that of a short difficulty, for example a singular configuration of a loop.
+Choice Automatic::confirmed(Choice candidate) {
+  const bool is_confirmed = memory_.limited != 0;
+  memory_.limited = candidate != choice();
+  if (candidate == choice() || is_confirmed) return candidate;
+  memory_.estimate_due = work() + Tuning::second_estimate;
+  return choice();
 }
 
 Choice Automatic::instead_of_explicit(double radius, const Outlook& outlook) const {

@@ -40,6 +40,7 @@ struct AutomaticMemory {
   std::uint8_t measuring = 0;                    // 1: second part of a trial
   std::uint8_t extensions = 0;                   // number, of a trial whose step size still grows
   std::uint8_t steady = 1;                       // the last two measurements agree
+  std::uint8_t limited = 0;                      // 1: by stability, at the last estimate; explicit methods
   std::uint8_t rival = 0;                        // the other method of the last trial
   double changed = 0;                            // time of the last input change, s
   double hold = 0;                               // time between input changes before that, s; 0: unknown
@@ -66,6 +67,7 @@ struct AutomaticMemory {
     visit(memory.measuring);
     visit(memory.extensions);
     visit(memory.steady);
+    visit(memory.limited);
     visit(memory.rival);
     for (auto* value :
          {&memory.changed, &memory.hold, &memory.interval, &memory.estimate_due, &memory.oscillation,
