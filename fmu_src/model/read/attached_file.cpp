@@ -1,6 +1,5 @@
 #include "model/read/attached_file.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "model/read/open_file.hpp"
@@ -21,9 +20,8 @@ const AttachedFile* attach(Section& section, const std::string& folder, std::vec
     section.error("file", "file '" + name + "' must be the name of a file in the model file's folder");
     return nullptr;
   }
-  const auto known =
-      std::find_if(files.begin(), files.end(), [&name](const auto& f) { return f.name == name; });
-  if (known != files.end()) return &*known;
+  for (const AttachedFile& known : files)
+    if (known.name == name) return &known;
   AttachedFile read{name, {}};
   if (const char* why = read_file(folder + name, read.bytes)) {
     section.error("file", "file '" + name + "' " + why + "; it must be a file beside the model file");

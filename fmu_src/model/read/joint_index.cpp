@@ -1,7 +1,5 @@
 #include "model/read/joint_index.hpp"
 
-#include <algorithm>
-
 #include "model/any_of.hpp"
 #include "model/read/suggest.hpp"
 
@@ -25,8 +23,8 @@ JointIndex::JointIndex(const Model& model) {
 }
 
 int JointIndex::find(const std::string& name, std::string_view key, Place place, Section& section) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  if (found != names_.end()) return links_[static_cast<std::size_t>(found - names_.begin())];
+  for (std::size_t k = 0; k < names_.size(); ++k)
+    if (names_[k] == name) return links_[k];
   section.error(place, std::string(key) + " '" + name + "' is not a moving joint with one DOF" +
                            did_you_mean(name, names_));
   return -1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "model/any_of.hpp"
 #include "model/read/link_table.hpp"
 #include "model/read/model_error.hpp"
 #include "model/read/open_file.hpp"
@@ -26,9 +27,8 @@ void read_size(Section& section, DrawnShape& shape, std::size_t count) {
 
 void read_color(Section& section, DrawnShape& shape) {
   if (!section.has("color") || !section.numbers("color", shape.color)) return;
-  const bool valid =
-      std::all_of(shape.color.begin(), shape.color.end(), [](double part) { return part >= 0 && part <= 1; });
-  if (!valid || shape.color.size() < 3 || shape.color.size() > 4)
+  const bool is_outside = any_of(shape.color, [](double part) { return !(part >= 0 && part <= 1); });
+  if (is_outside || shape.color.size() < 3 || shape.color.size() > 4)
     section.error("color", "color must be red, green, blue and optionally opacity, each from 0 to 1");
   if (shape.color.size() == 3) shape.color.push_back(1);
 }
