@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from build_fmu.errors import UserError
@@ -59,6 +61,16 @@ def _derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: float, c
     return total
 
 
+def _held(inputs: Sequence[str], time: float) -> np.ndarray:
+    """Returns the matrix that maps inputs at 0 to those at `time`: prescribed joints move by q + qd t + qdd t^2/2."""
+    held, row = np.eye(len(inputs)), {name: k for k, name in enumerate(inputs)}
+    for velocity in (name for name in inputs if name.endswith(".qd")):
+        position, acceleration = (row[velocity.removesuffix("qd") + letter] for letter in ("q", "qdd"))
+        held[position, [row[velocity], acceleration]] = time, time**2 / 2
+        held[row[velocity], acceleration] = time
+    return held
+
+
 def _interval(equations: Evaluation, x: np.ndarray, u: np.ndarray, times: np.ndarray, h: float, slope: np.ndarray):
     """Returns the slopes at the three stages, and the derivatives of the state after h; None if the iteration fails."""
     n = len(x)
@@ -66,10 +78,11 @@ def _interval(equations: Evaluation, x: np.ndarray, u: np.ndarray, times: np.nda
         points = x + h * STAGES @ slope
         values, jacobians, by_inputs = [], [], []
         for point, time in zip(points, times, strict=True):
-            values.append(equations.slope(point, u, time))
+            held = _held(equations.inputs, time)
+            values.append(equations.slope(point, held @ u, time))
             both = equations.jacobian(equations.slopes, [*equations.states, *equations.inputs])
             jacobians.append(both[:, :n])
-            by_inputs.append(both[:, n:])
+            by_inputs.append(both[:, n:] @ held)
         # K_i = f(x + h sum_j a_ij K_j), linearised
         matrix = np.eye(3 * n) - h * np.block([[STAGES[i, j] * jacobians[i] for j in range(3)] for i in range(3)])
         change = np.linalg.solve(matrix, (np.array(values) - slope).ravel()).reshape(3, n)

@@ -198,10 +198,10 @@ class Model:
                 x[self._rows_of(names)] = _array(values, names, letter)
         return x
 
-    def start_values(self, x: ArrayLike | None = None) -> dict[str, float]:
-        """Returns the start values of all joints, also of those in loops, at the state x: for `start` of `simulate`."""
+    def start_values(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> dict[str, float]:
+        """Returns the start values of all joints, also of those in loops, at state x and inputs u: for `start` of `simulate`."""
         equations = self._equations()
-        equations.place(*self._point(x, None))
+        equations.place(*self._point(x, u))
         return _joints(equations)
 
     def slope(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> np.ndarray:
@@ -296,7 +296,7 @@ class Model:
         """Returns the state after h (s) with u held, by the solver of the model file."""
         x, u, h = *self._point(x, u), positive("the step size h", h)
         session = self._open("step", Variant(TERMS, self._tunable, "given"))
-        starts = self.start_values(x)
+        starts = self.start_values(x, u)
         without = [n for n in self.states if _start_of(n) not in starts]
         if without:
             raise UserError(f"step: state '{without[0]}' has no start parameter")

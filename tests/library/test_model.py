@@ -153,6 +153,43 @@ def test_derivative_of_a_step_whose_first_stages_are_out_of_reach(model):
     assert pytest.approx(halves[1] @ halves[0], abs=1e-5 * abs(A).max()) == A
 
 
+def five_bar_with_a_moved_crank() -> str:
+    links = (
+        ("a", "ground", 0, 1.2, 'drive = "motion"\nqd = 0.3\n'),
+        ("b", "a", 0.4, -0.9, ""),
+        ("c", "ground", 0.5, 1.7, ""),
+        ("d", "c", 0.4, 0.8, ""),
+    )
+    return (
+        'name = "f"\ngravity = [0, -9.81, 0]\n'
+        + "".join(
+            f'[[link]]\nname = "{name}"\nparent = "{parent}"\na = {a}\nmass = 1\ncom = [0.25, 0, 0]\ninertia = [0, 0, 0.02]\nq = {q}\n{rest}'
+            for name, parent, a, q, rest in links
+        )
+        + '[[loop]]\nname = "l"\ntype = "point"\nlink_a = "b"\nlink_b = "d"\npoint_a = [0.6, 0, 0]\npoint_b = [0.6, 0, 0]\n'
+        + "directions = [[1, 0, 0], [0, 1, 0]]\n[solver]\nrtol = 1e-11\natol = 1e-13\n"
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        DOUBLE.replace('name = "upper"', 'name = "upper"\ndrive = "motion"') + "[solver]\nrtol = 1e-11\natol = 1e-13\n",
+        five_bar_with_a_moved_crank(),
+    ],
+)
+def test_steps_with_prescribed_joints(model, text):
+    """A step begins at x for any motion inputs, which continue by q + qd t + qdd t^2/2 also in its derivative."""
+    m = model(text)
+    x, u, h = m.start(), m.start_inputs(), 0.05
+    u += [{"q": 0.05, "qd": 1.0, "qdd": 5.0}.get(name.rsplit(".", 1)[1], 0.1) for name in m.inputs]
+    assert m.step(x, u, 1e-9) == pytest.approx(x, abs=1e-7)
+    for exact, place in zip(m.linearise(x, u, h), ("x", "u"), strict=True):
+        for column, change in zip(exact.T, 1e-4 * np.eye(exact.shape[1]), strict=True):
+            ends = [m.step(*((x + c, u) if place == "x" else (x, u + c)), h) for c in (change, -change)]
+            assert column == pytest.approx((ends[0] - ends[1]) / 2e-4, abs=1e-6 * max(1, abs(exact).max()))
+
+
 def test_no_linear_model_in_a_singular_configuration(model):
     with pytest.raises(UserError, match="singular configuration of the closed loops"):
         model("parallelogram").linearise()
