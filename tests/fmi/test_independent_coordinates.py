@@ -159,8 +159,7 @@ def test_singular_configurations_are_reported(fmu):
         for _ in range(2):
             tool.derivatives()
         assert warnings("GetDerivatives") == 1
-        with pytest.raises(AssertionError):  # fmi2Warning
-            tool.directional(tool.slopes, tool.states[:1], [1.0])
+        tool.directional(tool.slopes, tool.states[:1], [1.0])
         assert warnings("GetDirectionalDerivative") == 1
         crank = np.eye(len(states))[tool.slopes.index("independent.qd[1]")]
         assert tool.set_states(states + 1e-3 * crank) == OK

@@ -82,10 +82,18 @@ Scalar stored_energy(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) 
   return law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).energy();
 }
 
+// Number of the face of a box that is nearest to a center inside of it; 0: outside, or another shape.
+unsigned nearest_face(const ContactPair<double>& pair, const Touch<double>& touch) {
+  if (pair.surface.kind != ShapeKind::box || !(touch.depth > pair.radius)) return 0;
+  for (unsigned face = 1; face <= 6; ++face)
+    if (touch.normal[(face - 1) / 2] == (face % 2 == 0 ? 1 : -1)) return face;
+  return 0;
+}
+
 // Region of a pressed point between the corners of its normal force.
-unsigned region(const ContactLaw<double>& law, const Touch<double>& touch) {
+unsigned region(const ContactPair<double>& pair, const ContactLaw<double>& law, const Touch<double>& touch) {
   if (law.redysim) return touch.depth < redysim_least_depth ? 0 : 1;
-  return onset_region(touch.depth, law.width);
+  return 3 * nearest_face(pair, touch) + onset_region(touch.depth, law.width);
 }
 
 // Power of a contact point without that of stored energy, W.
@@ -146,7 +154,7 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
         if constexpr (std::is_same_v<Scalar, double>) {
           const auto index = static_cast<std::uint64_t>(&pair - plan.contact_pairs.data());
           const std::uint64_t number = (index << 16) + touch.ball + 1;
-          ws.contact_regions += number * number * number * region(law, touch);
+          ws.contact_regions += number * number * number * region(pair, law, touch);
         }
       });
 }

@@ -94,7 +94,7 @@ class Instance {
   fmi2Status refuse(Function function, const std::string& why);
   // Whether rows of the loops were dependent in the last right-hand side: accelerations may then be wrong.
   bool loops_are_singular();
-  fmi2Status status_of_derivatives(Function function);
+  void warn_of_singular_loops(Function function);
   // Values that are not finite in continuous-time mode are not an error of the master: a smaller step may
   // avoid them. Fills `values` with NaN, for masters that ignore the status.
   fmi2Status discard(Function function, const std::string& why, double* values, std::size_t count);
@@ -158,8 +158,8 @@ class Instance {
   Travel travel_;
   IntermediateUpdate update_;
   std::vector<double> applied_inputs_;  // at the end of the last step
-  bool singular_is_reported_ = false;
-  bool nominals_are_new_ = false;  // since the last event, in model exchange
+  bool singular_is_reported_ = false;   // for accelerations
+  bool nominals_are_new_ = false;       // since the last event, in model exchange
 };
 
 }  // namespace redysim

@@ -67,19 +67,19 @@ fmi2Status Instance::get_adjoint_derivative(const unsigned* unknowns, std::size_
     if (!std::isfinite(seed[i]))
       return refuse(function, "a seed must be a finite number, got " + shown(seed[i]));
   if (life_.state != State::initialization &&
-      derivatives_.pull_back(unknowns, unknown_count, knowns, known_count, seed, sensitivity))
-    return status_of_derivatives(function);
+      derivatives_.pull_back(unknowns, unknown_count, knowns, known_count, seed, sensitivity)) {
+    warn_of_singular_loops(function);
+    return fmi2OK;
+  }
   std::vector<double> column(unknown_count);
-  fmi2Status worst = fmi2OK;
   for (std::size_t k = 0; k < known_count; ++k) {
     const double one = 1;
     const fmi2Status status =
         directional_derivative(function, unknowns, unknown_count, knowns + k, 1, &one, column.data());
-    if (status > fmi2Warning) return status;
-    worst = std::max(worst, status);
+    if (status != fmi2OK) return status;
     sensitivity[k] = std::inner_product(column.begin(), column.end(), seed, 0.0);
   }
-  return worst;
+  return fmi2OK;
 }
 
 fmi2Status Instance::directional_derivative(Function function, const unsigned* unknowns,
@@ -149,7 +149,8 @@ fmi2Status Instance::read_derivatives(Function function, const unsigned* referen
   if (!why.empty()) return refuse(function, why);
   for (std::size_t i = 0; i < count; ++i)
     derivatives[i] = derivatives_.read(*simulation_.table.real(references[i]));
-  return status_of_derivatives(function);
+  warn_of_singular_loops(function);
+  return fmi2OK;
 }
 
 bool Instance::loops_are_singular() {
@@ -157,10 +158,9 @@ bool Instance::loops_are_singular() {
          simulation_.system.independent_rows() < simulation_.independent().rank();
 }
 
-fmi2Status Instance::status_of_derivatives(Function function) {
-  if (life_.state == State::initialization || !loops_are_singular()) return fmi2OK;
-  log_.warning(name_of(function) + ": " + singular_loops);
-  return fmi2Warning;
+void Instance::warn_of_singular_loops(Function function) {
+  if (life_.state != State::initialization && loops_are_singular())
+    log_.warning(name_of(function) + ": " + singular_loops);
 }
 
 }  // namespace redysim
