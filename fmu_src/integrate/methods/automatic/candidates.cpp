@@ -92,7 +92,9 @@ void Automatic::consider_stiffness(const Outlook& outlook) {
 Choice Automatic::confirmed(Choice candidate) {
   const bool is_confirmed = memory_.limited != 0;
   memory_.limited = candidate != choice();
-  if (candidate == choice() || is_confirmed) return candidate;
+  // at corners of forces difficulties are short and recur
+  const bool recurs = choice() == Choice::erk && corners_of(system_) != 0;
+  if (candidate == choice() || is_confirmed || recurs) return candidate;
   memory_.estimate_due = work() + Tuning::second_estimate;
   return choice();
 }
