@@ -74,11 +74,11 @@ def _held(inputs: Sequence[str], time: float) -> np.ndarray:
 def _interval(equations: Evaluation, x: np.ndarray, u: np.ndarray, times: np.ndarray, h: float, slope: np.ndarray):
     """Returns the slopes at the three stages, and the derivatives of the state after h; None if the iteration fails."""
     n = len(x)
+    inputs = [_held(equations.inputs, time) for time in times]
     for _ in range(MOST_ITERATIONS):
         points = x + h * STAGES @ slope
         values, jacobians, by_inputs = [], [], []
-        for point, time in zip(points, times, strict=True):
-            held = _held(equations.inputs, time)
+        for point, time, held in zip(points, times, inputs, strict=True):
             values.append(equations.slope(point, held @ u, time))
             both = equations.jacobian(equations.slopes, [*equations.states, *equations.inputs])
             jacobians.append(both[:, :n])

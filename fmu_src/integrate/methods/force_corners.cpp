@@ -111,8 +111,9 @@ double twist(const Actuators& actuators, int k, double motor, const double* join
   return motor / actuators.law(k).gear_ratio - joints[actuators.joint(k)];
 }
 
-std::uint64_t regions_of_state(System& system, double time, const double* y) {
+std::uint64_t regions_of_state(System& system, double time, const double* y, unsigned kinds) {
   Regions regions;
+  if ((kinds & Corners::of_state) == 0) return regions.code;
   const Plan<double>& plan = system.plan();
   const System::Coordinates at = system.coordinates(time, y);
   // of prescribed joints, too: the work that moves them is integrated
@@ -256,7 +257,7 @@ double CornerWatch::time_of_short_touch(System& system, double time, const doubl
 void CornerWatch::begin(System& system, double time, const double* y) {
   kinds_ = corners_of(system);
   if (kinds_ == 0) return;
-  of_state_ = regions_of_state(system, time, y);
+  of_state_ = regions_of_state(system, time, y, kinds_);
   contacts_ = system.contact_regions();
   begin_time_ = time;
   std::copy_n(y, begin_y_.size(), begin_y_.begin());
@@ -268,11 +269,11 @@ void CornerWatch::note(System& system, double time, const double* y) {
   if (!noted_) limits_ = limits;
   noted_ = true;
   crosses_ = limits != limits_ || system.contact_regions() != contacts_ ||
-             regions_of_state(system, time, y) != of_state_;
+             regions_of_state(system, time, y, kinds_) != of_state_;
 }
 
 bool CornerWatch::crosses(System& system, double time, const double* y) const {
-  return watches() && (crosses_ || regions_of_state(system, time, y) != of_state_);
+  return watches() && (crosses_ || regions_of_state(system, time, y, kinds_) != of_state_);
 }
 
 }  // namespace redysim
