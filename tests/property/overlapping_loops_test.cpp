@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "dynamics/loops/loop_correction.hpp"
+#include "support/dense.hpp"
 #include "support/random_loops.hpp"
 
 // Loops that cross each other's joints and meet at different bodies, against dense solves by Eigen.
@@ -58,7 +59,7 @@ Vector dense_answer(const test::DenseSolution& dense, const Vector& force, const
   A.bottomLeftCorner(m, n) = dense.J;
   Vector right(n + m);
   right << force, rows;
-  return A.fullPivLu().solve(right);
+  return test::solve(A, right);
 }
 
 // Runs `law` on the random cases that are eliminated by fronts.

@@ -14,6 +14,7 @@
 #include "dynamics/joint_force.hpp"
 #include "dynamics/straight_line/statement_order.hpp"
 #include "math/recorded.hpp"
+#include "support/dense.hpp"
 #include "support/evaluate.hpp"
 #include "support/random_loops.hpp"
 #include "support/random_tree.hpp"
@@ -288,7 +289,7 @@ TEST(StraightLine, closes_loops) {
     EXPECT_LT(relative_difference(run(line, symbols), dense.qdd), 1e-9);
 
     const test::Matrix corrections =
-        dense.M.llt().solve(dense.J.transpose()) * test::rank_revealing(dense.S).pseudoInverse();
+        test::solve_definite(dense.M, dense.J.transpose()) * test::pseudo_inverse(dense.S).matrix;
     const test::Vector C = vector_of(line.tape.values(line.corrections, symbols));
     EXPECT_LT(relative_difference(C, corrections.transpose().reshaped()), 1e-9);
 
@@ -324,9 +325,8 @@ TEST(StraightLine, closes_loops_around_a_prescribed_joint) {
     test::Matrix J = dense.J;
     J.col(held).setZero();
     // otherwise the loops hold the joint, and its force may be any
-    const test::Matrix S = J * dense.M.llt().solve(J.transpose());
-    const Eigen::SelfAdjointEigenSolver<test::Matrix> values_of_S(S, Eigen::EigenvaluesOnly);
-    if ((values_of_S.eigenvalues().array() > 1e-10 * dense.S.norm()).count() < dense.rank) continue;
+    const test::Matrix S = J * test::solve_definite(dense.M, J.transpose());
+    if ((test::eigenvalues(S).array() > 1e-10 * dense.S.norm()).count() < dense.rank) continue;
     ++compared;
     const Plan<double> plan(c.model);
     const auto symbols = symbols_at(plan, numbers(c.q), numbers(c.qd), numbers(c.tau));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "model/dh.hpp"
+#include "support/dense.hpp"
 
 namespace redysim::test {
 
@@ -108,13 +109,6 @@ Model resized(Model model, double size) {
   return model;
 }
 
-Eigen::CompleteOrthogonalDecomposition<Matrix> rank_revealing(const Matrix& S) {
-  Eigen::CompleteOrthogonalDecomposition<Matrix> out;
-  out.setThreshold(1e-10);
-  out.compute(S);
-  return out;
-}
-
 Matrix loop_jacobian(const Model& model, const Vector& q) {
   Evaluate<Dual> exact(model);
   const Vector zero = Vector::Zero(q.size());
@@ -134,13 +128,12 @@ DenseSolution dense_solution(const Model& model, const Vector& q, const Vector& 
   out.J = loop_jacobian(model, q);
   // J' qd: how the rates J qd change along qd
   out.quadratic = derivative(exact.rate(dual(q, qd), dual(qd, zero)));
-  const Eigen::LLT<Matrix> factor(out.M);
-  const Vector free = factor.solve(tau - out.bias);
-  const Matrix response = factor.solve(out.J.transpose());
+  const Vector free = solve_definite(out.M, tau - out.bias);
+  const Matrix response = solve_definite(out.M, out.J.transpose());
   out.S = out.J * response;
-  const auto decomposition = rank_revealing(out.S);
-  out.rank = decomposition.rank();
-  out.lambda = decomposition.solve(-out.quadratic - out.J * free);
+  const PseudoInverse inverse = pseudo_inverse(out.S);
+  out.rank = inverse.rank;
+  out.lambda = inverse.matrix * (-out.quadratic - out.J * free);
   out.qdd = free + response * out.lambda;
   return out;
 }
@@ -148,8 +141,8 @@ DenseSolution dense_solution(const Model& model, const Vector& q, const Vector& 
 Vector closed_velocity(const Model& model, const Vector& q, const Vector& qd) {
   Evaluate<double> tree(model);
   const Matrix J = loop_jacobian(model, q);
-  const Matrix response = tree.inertia(q).llt().solve(J.transpose());
-  return qd - response * rank_revealing(J * response).solve(J * qd);
+  const Matrix response = solve_definite(tree.inertia(q), J.transpose());
+  return qd - response * (pseudo_inverse(J * response).matrix * (J * qd));
 }
 
 ClosedCase random_case(Random& random, int links, int loops, const std::vector<LoopType>& types) {

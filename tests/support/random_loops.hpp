@@ -41,14 +41,12 @@ void match_ends(Loop& loop, const std::vector<Pose>& poses);
 Model resized(Model model, double size);
 
 // M qdd + bias = tau + J^T lambda, J qdd = -J' qd, with J from the derivatives of the residuals, M from
-// composite bodies and the least-norm lambda from a complete orthogonal decomposition.
+// composite bodies and the least-norm lambda from a dense pseudo-inverse.
 struct DenseSolution {
   Matrix M, J, S;
   Vector bias, quadratic, qdd, lambda;
   Eigen::Index rank = 0;
 };
-
-Eigen::CompleteOrthogonalDecomposition<Matrix> rank_revealing(const Matrix& S);
 
 Matrix loop_jacobian(const Model& model, const Vector& q);
 

@@ -23,8 +23,7 @@ SurfaceDepth<Scalar> depth_below(const Scalar& radius, const Vec3<Scalar>& from_
   return {radius - distance, normal, -normal};
 }
 
-// Along the vertical, times the vertical part of the normal. The distance is at least that from the highest
-// point, which is larger beside crests.
+// Along the vertical, times the vertical part of the normal.
 template <class Scalar>
 [[gnu::noinline]] SurfaceDepth<Scalar> depth_in_heights(const BicubicSpline& heights, const Vec3<Scalar>& p) {
   using std::sqrt;
@@ -38,13 +37,17 @@ template <class Scalar>
   out.gradient.x() -= curved * (at.zx * at.zxx + at.zy * at.zxy);
   out.gradient.y() -= curved * (at.zx * at.zxy + at.zy * at.zyy);
   out.gradient.z() = -n_z;
-  const Scalar from_highest(heights.highest() - p.z());
-  if (from_highest < Scalar(0) && from_highest < out.depth) {
-    out.depth = from_highest;
-    out.normal = Vec3<Scalar>::UnitZ();
-    out.gradient = -out.normal;
-  }
   return out;
+}
+
+// Replaces the distance from a height map by that from its highest point where this is larger: beside crests.
+template <class Scalar>
+void pass_crests(const Surface<Scalar>& surface, const Vec3<Scalar>& p, SurfaceDepth<Scalar>& to) {
+  if (surface.kind != ShapeKind::heightmap) return;
+  const Scalar from_highest(surface.heights->highest() - p.z());
+  if (!(from_highest < Scalar(0) && from_highest < to.depth)) return;
+  const Vec3<Scalar> up = Vec3<Scalar>::UnitZ();
+  to = {from_highest, up, -up};
 }
 
 // Outside a box, relative to its nearest point; inside, to its nearest face.

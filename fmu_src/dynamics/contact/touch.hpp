@@ -53,8 +53,7 @@ struct Touch {
 template <class Scalar>
 Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, const Vec3<Scalar>& normal,
                          const Vec3<Scalar>& velocity) {
-  // a vertical normal: of level ground, or the direction from the highest point
-  if (surface.kind != ShapeKind::heightmap || value_of(normal.z()) == 1) return Vec3<Scalar>::Zero();
+  if (surface.kind != ShapeKind::heightmap) return Vec3<Scalar>::Zero();
   const auto at = surface.heights->at(Scalar(p.x()), Scalar(p.y()));
   const Vec3<Scalar> steepening(-(at.zxx * velocity.x() + at.zxy * velocity.y()),
                                 -(at.zxy * velocity.x() + at.zyy * velocity.y()), Scalar(0));
@@ -85,7 +84,8 @@ template <class Scalar>
                                          const RelativeMotion<Scalar>& motion, const Vec3<Scalar>& ball) {
   Vec3<Scalar> center = motion.point(ball), rate = motion.velocity_at(center);
   if (pair.is_disk) move_to_rim(pair, motion, center, rate);
-  const SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center);
+  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center);
+  pass_crests(pair.surface, center, surface);
   Touch<Scalar> touch;
   touch.depth = surface.depth + pair.radius;
   touch.normal = surface.normal;
