@@ -198,18 +198,17 @@ CREST = "\n".join(",".join(f"{0.1 * math.exp(-(((i - 10) / 1.5) ** 2)):.17g}" fo
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_wheel_passes_a_crest(slave, method):
-    """Its lowest point moves steadily, also where the hub is nearer to the highest point of the map than to the slope below it."""
+def test_a_wheel_falls_on_a_flank(slave, method):
+    """Its lowest point does not jump, also where the hub is as far from the slope below it as from the highest point of the map."""
     shape = 'shape_a = "disk"\nradius_a = 0.3\naxis_a = [0, 1, 0]\nshape_b = "heightmap"\nfile = "crest.csv"\nspacing = 0.1\npoint_b = [-1, -0.1, 0]'
-    state = {"q": [-0.8, 0, 0.3, 1, 0, 0, 0], "qd": [3, 0, 0, 0, 10, 0]}
-    one = slave(body(shape=shape, law="stiffness = 2e4\nwidth = 1e-3\ndamping = 0.3", method=method, rtol=1e-9, **state), crest=CREST)
-    depths = []
-    for k in range(600):
+    state = {"q": [-0.08, 0, 0.45, 1, 0, 0, 0], "qd": [0, 0, -5, 0, 0, 0]}
+    one = slave(body(shape=shape, law="stiffness = 2e4\nwidth = 1e-3", method=method, rtol=1e-9, **state), crest=CREST)
+    deepest = 0.0
+    for k in range(100):
         assert one.step(k * 0.001, 0.001) == OK, one.errors
-        depths.append(one.get("floor.depth"))
-    assert one.get("center.position[1]") > 0.6
-    assert abs(one.get("energy.balance")) < 1e-7
-    assert max(abs(later - earlier) for earlier, later in zip(depths, depths[1:])) < 2e-3
+        deepest = max(deepest, one.get("floor.depth"))
+    assert deepest > 0.03
+    assert abs(one.get("energy.balance")) < 1e-6 * one.get("energy.kinetic")
 
 
 def test_the_resultant_acts_on_the_body(slave):
