@@ -101,14 +101,19 @@ def _of_system(system: str, name: str, room: str = "fmi") -> list[Path]:
     return [PACKAGE / "native" / system / name, SOURCE_TREE / "build" / system / "fmu_src" / room / name]
 
 
+def is_filled(path: Path) -> bool:
+    """Returns whether the file exists and is not empty: an interrupted build leaves empty files."""
+    return path.is_file() and path.stat().st_size > 0
+
+
 def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "make build") -> Path:
     given = os.environ.get(variable)
     if given:
-        if Path(given).is_file():
+        if is_filled(Path(given)):
             return Path(given)
-        raise UserError(f"{variable}: file '{given}' does not exist")
+        raise UserError(f"{variable}: file '{given}' does not exist or is empty")
     for path in places or (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
-        if path.is_file():
+        if is_filled(path):
             return path
     if not (SOURCE_TREE / "CMakeLists.txt").is_file():
         raise UserError(f"this package does not contain '{name}': build it with `{how}` in the source tree and set {variable} to its path")

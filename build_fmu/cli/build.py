@@ -101,6 +101,8 @@ def _check(options: argparse.Namespace) -> None:
         raise InvalidArgument("--report supports FMI 2.0 only: remove it and run `build-fmu report` on the model file")
     if options.arrays and options.fmi != 3:
         raise InvalidArgument("--arrays: FMI 2.0 has scalars only; add --fmi 3")
+    if options.specialise and native.HOST != "linux64":
+        raise InvalidArgument("--specialise requires Linux on x86-64")
     if options.specialise and options.platforms not in (None, ["linux64"]):
         raise InvalidArgument("--specialise supports linux64 only: remove --platforms")
 

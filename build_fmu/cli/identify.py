@@ -49,7 +49,7 @@ def add(commands) -> None:
         metavar="NAME",
         help="links, and <joint>.damping, .friction, .armature, with * as wildcard (default: all)",
     )
-    command.add_argument("--payload", metavar="LINK", help="identify this link only and report the body that was added to it")
+    command.add_argument("--payload", metavar="LINK", help="identify this link and those of --parameters, and report the added body")
     command.add_argument(
         "--cutoff",
         type=positive,

@@ -202,7 +202,7 @@ namespace redysim {
   }
   for (std::size_t k = 0; k < plan.contact_pairs.size(); ++k) {
     const ContactPair<double>& c = plan.contact_pairs[k];
-    pull(Kind::contact, k, c.ball_body, c.surface_body, c.ball_entry, c.surface_entry);
+    pull(Kind::contact, k, c.sphere_body, c.surface_body, c.sphere_entry, c.surface_entry);
   }
   for (std::size_t k = 0; k < plan.ports.size(); ++k) {
     const PortPlan<double>& port = plan.ports[k];

@@ -216,7 +216,7 @@ Derivatives::GroundChange Derivatives::ground_change(const Plan<double>& plan, c
     auto& [elements, dual] = *elements_;
     dual.contact_power = Dual(0);
     for (const ContactPair<Dual>& pair : elements.contact_pairs)
-      if (moved(pair.ball_body) != moved(pair.surface_body)) add_contact_wrenches(elements, dual, pair);
+      if (moved(pair.sphere_body) != moved(pair.surface_body)) add_contact_wrenches(elements, dual, pair);
   }
 }
 

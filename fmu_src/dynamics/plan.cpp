@@ -292,9 +292,9 @@ void BuiltPlan::add_contacts(const Model& model) {
         pair.contact = static_cast<int>(k);
         // ReDySim's forces act at the points themselves
         if (contact.law == Contact::Law::redysim) pair.half_way = 0;
-        pair.ball_body = body_of(points->link);
+        pair.sphere_body = body_of(points->link);
         pair.surface_body = body_of(surface->link);
-        pair.balls_on_b = points == &contact.b;
+        pair.spheres_on_b = points == &contact.b;
         contact_pairs.push_back(pair);
       }
     }

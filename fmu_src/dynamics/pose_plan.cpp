@@ -24,7 +24,7 @@ class PoseBuilder {
     for (auto& spring : plan_.springs) set_entries(spring);
     for (auto& bushing : plan_.bushings) set_entries(bushing);
     for (auto& pair : plan_.contact_pairs) {
-      pair.ball_entry = lifted(pair.ball_body);
+      pair.sphere_entry = lifted(pair.sphere_body);
       pair.surface_entry = lifted(pair.surface_body);
     }
     for (auto& port : plan_.ports)
@@ -53,7 +53,7 @@ class PoseBuilder {
     std::for_each(plan_.bushings.begin(), plan_.bushings.end(), mark_ends);
     std::for_each(plan_.loops.begin(), plan_.loops.end(), mark_ends);
     for (const auto& pair : plan_.contact_pairs) {
-      mark(pair.ball_body);
+      mark(pair.sphere_body);
       mark(pair.surface_body);
     }
     for (const auto& port : plan_.ports)

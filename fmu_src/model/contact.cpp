@@ -32,7 +32,7 @@ std::vector<ShapePair> shape_pairs(const Contact& contact) {
   return {};
 }
 
-std::vector<Vec3<double>> ball_centers(const Shape& shape) {
+std::vector<Vec3<double>> sphere_centers(const Shape& shape) {
   const Vec3<double>& half = shape.half_size;
   std::vector<Vec3<double>> centers;
   switch (shape.kind) {
@@ -55,7 +55,7 @@ std::vector<Vec3<double>> ball_centers(const Shape& shape) {
   return {};
 }
 
-double ball_radius(const Shape& shape) {
+double sphere_radius(const Shape& shape) {
   switch (shape.kind) {
     case ShapeKind::sphere:
     case ShapeKind::capsule:

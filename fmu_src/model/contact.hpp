@@ -78,9 +78,9 @@ struct ShapePair {
 // The pairs of a contact; empty if these shapes cannot be combined.
 std::vector<ShapePair> shape_pairs(const Contact& contact);
 
-// Centers of the balls of a shape, in `frame`, and their common radius in m. The corners of a box and the
-// points of `points` have radius 0. A disk has one ball: its center, with the radius of its rim.
-std::vector<Vec3<double>> ball_centers(const Shape& shape);
-double ball_radius(const Shape& shape);
+// Centers of the spheres of a shape, in `frame`, and their common radius in m. The corners of a box and the
+// points of `points` have radius 0. A disk has one sphere: its center, with the radius of its rim.
+std::vector<Vec3<double>> sphere_centers(const Shape& shape);
+double sphere_radius(const Shape& shape);
 
 }  // namespace redysim

@@ -161,3 +161,56 @@ print(slave.reals({WATCHED!r}))
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip() == str(expected)
+
+
+def test_an_inertia_that_is_negative_by_rounding_stays_accepted(built):
+    """As from a CAD program: after a reset, a restored state and a tuned parameter the same inertia counts as possible."""
+    model = """name = "rounded"
+[[link]]
+name = "arm"
+mass = 1
+com = [0.1, 0, 0]
+inertia = [-1e-18, 0.01, 0.01]
+[fmu]
+tunable = ["arm.mass"]
+"""
+    with Slave(built(model)) as slave:
+        slave.initialize()
+        saved = slave.save()
+        slave.run(0.1, 0.1)
+        first = slave.get("arm.q")
+        assert slave.call("SetFMUstate", saved) == OK
+        slave.run(0.1, 0.1)
+        assert slave.get("arm.q") == first
+        assert slave.set("arm.mass", 1.0) == OK
+        assert slave.step(0.1, 0.1) == OK, slave.errors
+        assert slave.call("FreeFMUstate", c.byref(saved)) == OK
+        assert slave.call("Reset") == OK
+        slave.initialize()
+        slave.run(0.1, 0.1)
+        assert slave.get("arm.q") == first
+
+
+def test_a_reset_forgets_the_largest_displacement(built, instance):
+    """The warning of a motion below the tolerance counts displacements of the present run only, also of a run that starts with a saved state."""
+    model = """name = "slide"
+gravity = [0, 0, 0]
+link = [{name = "rail", joint = "prismatic", mass = 1}]
+[solver]
+rtol = 1e-6
+"""
+    warnings = []
+    for moved_before in (False, True):
+        slave = instance(built(model)).initialize()
+        saved = slave.save()
+        if moved_before:
+            assert slave.set("rail.tau", 10.0) == OK
+            slave.run(1, 0.1)
+        assert slave.call("Reset") == OK
+        assert slave.call("SetFMUstate", saved) == OK
+        assert slave.set("rail.tau", 2e-7) == OK
+        slave.run(1, 0.1)
+        assert slave.call("Terminate") == OK
+        warnings.append([text for _, _, text in slave.messages if "m at most, and the solver's tolerance" in text])
+    assert len(warnings[0]) == 1
+    assert warnings[1] == warnings[0]

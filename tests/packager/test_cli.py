@@ -176,6 +176,14 @@ def test_what_to_run_when_nothing_is_built(model, tmp_path, monkeypatch, capsys)
     assert "REDYSIM_FMU_DESCRIBE: file" in capsys.readouterr().err
 
 
+def test_an_empty_library_of_an_interrupted_build_is_refused(compiled, model, tmp_path, monkeypatch, capsys):
+    (tmp_path / "empty.so").touch()
+    monkeypatch.setenv("REDYSIM_FMU_LIBRARY", str(tmp_path / "empty.so"))
+    assert main(["build", str(model), "-o", str(tmp_path / "model.fmu")]) == 1
+    assert "empty.so' does not exist or is empty" in capsys.readouterr().err
+    assert not (tmp_path / "model.fmu").exists()
+
+
 def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
     monkeypatch.delenv("REDYSIM_FMU_LIBRARY_WIN64", raising=False)
     monkeypatch.setattr(native, "SOURCE_TREE", tmp_path)
@@ -188,6 +196,10 @@ def test_platforms(compiled, model, tmp_path, monkeypatch, capsys):
     assert "'libredysim_fmu.dll' is not built: run `make win64`" in capsys.readouterr().err and not target.exists()
     assert main(["build", str(model), "-o", str(target), "--platforms", "linux64,win64", "--specialise"]) == 2
     assert "--specialise supports linux64 only" in capsys.readouterr().err
+    monkeypatch.setattr(native, "HOST", "win64")
+    assert main(["build", str(model), "-o", str(target), "--specialise"]) == 2
+    assert "--specialise requires Linux on x86-64" in capsys.readouterr().err
+    monkeypatch.undo()
     with pytest.raises(SystemExit):
         main(["build", str(model), "--platforms", "win32"])
     assert "unknown platform 'win32'; available: linux64, win64" in capsys.readouterr().err

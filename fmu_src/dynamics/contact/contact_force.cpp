@@ -11,7 +11,7 @@
 namespace redysim {
 namespace {
 
-// Force and couple on the balls' body at the contact point, in surface axes.
+// Force and couple on the spheres' body at the contact point, in surface axes.
 template <class Scalar>
 struct ContactForce {
   Vec3<Scalar> force, couple;
@@ -29,7 +29,7 @@ template <class Scalar>
 ContactForce<Scalar> smooth_contact(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) {
   using std::tanh;
   const Scalar normal = law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).force() *
-                        impact_growth(Scalar(law.damping * touch.rate));
+                        impact_growth(Scalar(law.damping * touch.approach));
   ContactForce<Scalar> out;
   out.force = normal * Vec3<Scalar>(touch.normal - friction_per_velocity(law, touch.slip) * touch.slip);
   out.couple.setZero();
@@ -56,11 +56,11 @@ ContactForce<Scalar> redysim_contact(const ContactLaw<Scalar>& law, const Touch<
   if (touch.depth < Scalar(redysim_least_depth)) return out;
   Scalar damping = law.damping;
   const Scalar full = Scalar(1.2) * law.v_max * law.damping / law.stiffness;
-  if (touch.rate < Scalar(0) && touch.depth < full) {
+  if (touch.approach < Scalar(0) && touch.depth < full) {
     const Scalar u = touch.depth / full;
     damping *= u * u * (Scalar(3) - Scalar(2) * u);
   }
-  const Scalar normal = law.stiffness * touch.depth + damping * touch.rate;
+  const Scalar normal = law.stiffness * touch.depth + damping * touch.approach;
   const Scalar largest = Scalar(2 / pi) * law.friction * abs(normal);
   if (largest > Scalar(0))
     for (int axis = 0; axis < 2; ++axis)
@@ -82,28 +82,20 @@ Scalar stored_energy(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch) 
   return law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).energy();
 }
 
-// Number of the face of a box that is nearest to a center inside of it; 0: outside, or another shape.
-unsigned nearest_face(const ContactPair<double>& pair, const Touch<double>& touch) {
-  if (pair.surface.kind != ShapeKind::box || !(touch.depth > pair.radius)) return 0;
-  for (unsigned face = 1; face <= 6; ++face)
-    if (touch.normal[(face - 1) / 2] == (face % 2 == 0 ? 1 : -1)) return face;
-  return 0;
-}
-
 // Region of a pressed point between the corners of its normal force.
-unsigned region(const ContactPair<double>& pair, const ContactLaw<double>& law, const Touch<double>& touch) {
+unsigned region(const ContactLaw<double>& law, const Touch<double>& touch) {
   if (law.redysim) return touch.depth < redysim_least_depth ? 0 : 1;
-  return 3 * nearest_face(pair, touch) + onset_region(touch.depth, law.width);
+  return 3 * static_cast<unsigned>(touch.surface_region) + onset_region(touch.depth, law.width);
 }
 
 // Power of a contact point without that of stored energy, W.
 template <class Scalar>
 Scalar contact_loss(const ContactLaw<Scalar>& law, const Touch<Scalar>& touch,
                     const ContactForce<Scalar>& out) {
-  const Vec3<Scalar> velocity = touch.slip - touch.normal * touch.rate;
+  const Vec3<Scalar> velocity = touch.slip - touch.normal * touch.approach;
   const Scalar power = out.force.dot(velocity) + out.couple.dot(touch.spin);
   if (law.redysim) return power;
-  return power + law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).force() * touch.growth;
+  return power + law.stiffness * SmoothOnset<Scalar>(touch.depth, law.width).force() * touch.depth_rate;
 }
 
 // A force and a couple at a point of the ground frame, in ground axes.
@@ -148,13 +140,13 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
       [&](const ContactLaw<Scalar>& law, const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
         const ContactForce<Scalar> force = contact_force(law, touch);
         const auto wrench = in_ground_frame(force, touch, motion);
-        act_on(ws, pair.ball_body, pair.ball_entry, wrench, 1);
+        act_on(ws, pair.sphere_body, pair.sphere_entry, wrench, 1);
         act_on(ws, pair.surface_body, pair.surface_entry, wrench, -1);
         ws.contact_power += contact_loss(law, touch, force);
         if constexpr (std::is_same_v<Scalar, double>) {
           const auto index = static_cast<std::uint64_t>(&pair - plan.contact_pairs.data());
-          const std::uint64_t number = (index << 16) + touch.ball + 1;
-          ws.contact_regions += number * number * number * region(pair, law, touch);
+          const std::uint64_t number = (index << 16) + touch.sphere + 1;
+          ws.contact_regions += number * number * number * region(law, touch);
         }
       });
 }
@@ -177,18 +169,18 @@ Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws) {
 }
 
 template <class Scalar>
-ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int contact,
-                                     int link_a) {
+[[gnu::cold]] ContactResult<Scalar> contact_result(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                                                   int contact, int link_a) {
   ContactResult<Scalar> result;
   for (const ContactPair<Scalar>& pair : plan.contact_pairs) {
     if (pair.contact != contact) continue;
     const GroundState<Scalar>& body =
-        ground_state(ws, pair.balls_on_b ? pair.surface_entry : pair.ball_entry);
+        ground_state(ws, pair.spheres_on_b ? pair.surface_entry : pair.sphere_entry);
     Vec3<Scalar> about = body.position;
     if (link_a != ground)
       about += body.rotation * plan.frame_in_carrier[link_a].position.template cast<Scalar>();
     const ContactLaw<Scalar>& law = plan.contact_laws[contact];
-    const Scalar sign(pair.balls_on_b ? -1 : 1);
+    const Scalar sign(pair.spheres_on_b ? -1 : 1);
     visit_touches(pair, ws, [&](const Touch<Scalar>& touch, const RelativeMotion<Scalar>& motion) {
       ContactForce<Scalar> force{Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
       if (touch.depth > Scalar(0)) force = contact_force(law, touch);
@@ -208,7 +200,7 @@ void contact_distances(const ContactPair<double>& pair, const Workspace<double>&
                        ContactDistance* distances) {
   const double finite = pair.surface.is_finite() ? 1 : 0;
   visit_touches(pair, ws, [&](const Touch<double>& touch, const RelativeMotion<double>&) {
-    *distances++ = {-touch.depth, -touch.growth, finite * touch.velocity};
+    *distances++ = {-touch.depth, -touch.depth_rate, finite * touch.center_velocity};
   });
 }
 

@@ -23,7 +23,7 @@ void add_contact_wrenches(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const
 template <class Scalar>
 Scalar contact_energy(const Plan<Scalar>& plan, const Workspace<Scalar>& ws);
 
-// Distance of a contact point from the surface, m, and its rate, m/s. `velocity`: of its ball, in the frame
+// Distance of a contact point from the surface, m, and its rate, m/s. `velocity`: of its center, in the frame
 // of a finite surface; zero for other surfaces.
 struct ContactDistance {
   double value, rate;

@@ -27,22 +27,24 @@ Surface<double> surface_plan(const Shape& shape, const Pose& frame) {
 ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body, const Shape& surface,
                                  const Pose& surface_in_body) {
   ContactPair<double> pair;
-  const Pose balls = points_in_body * points.frame;
+  const Pose spheres = points_in_body * points.frame;
   pair.middle.setZero();
-  for (const Vec3<double>& center : ball_centers(points)) {
-    pair.balls.push_back(balls.rotation * center + balls.position);
-    pair.middle += pair.balls.back();
+  for (const Vec3<double>& center : sphere_centers(points)) {
+    pair.spheres.push_back(spheres.rotation * center + spheres.position);
+    pair.middle += pair.spheres.back();
   }
-  pair.middle /= static_cast<double>(pair.balls.size());
+  pair.middle /= static_cast<double>(pair.spheres.size());
   pair.middle_arm = pair.middle.norm();
-  pair.radius = ball_radius(points);
+  pair.radius = sphere_radius(points);
   pair.is_disk = points.kind == ShapeKind::disk;
-  pair.axis = balls.rotation.col(2);
+  pair.axis = spheres.rotation.col(2);
   pair.ring = pair.is_disk ? points.radius - points.tube : 0;
-  for (const Vec3<double>& ball : pair.balls)
-    pair.extent = std::max(pair.extent, (ball - pair.middle).norm());
+  for (const Vec3<double>& sphere : pair.spheres)
+    pair.extent = std::max(pair.extent, (sphere - pair.middle).norm());
   pair.extent += pair.radius + pair.ring;
   pair.surface = surface_plan(surface, surface_in_body * surface.frame);
+  if (points.kind == ShapeKind::box && surface.kind == ShapeKind::box)
+    pair.surface.ledge = 1e-3 * surface.half_size.minCoeff();
   return pair;
 }
 

@@ -6,7 +6,7 @@
 #include "math/vec3.hpp"
 #include "model/contact.hpp"
 
-// Contacts in the form of the recursions: balls on one body against a surface on another.
+// Contacts in the form of the recursions: spheres on one body against a surface on another.
 
 namespace redysim {
 
@@ -20,6 +20,7 @@ struct Surface {
   const BicubicSpline* heights = nullptr;
   Vec3<Scalar> bound;  // finite surface: half the edges of a bounding box in its axes
   Scalar level = 0;    // other surfaces: maximum height along the normal from the body's origin
+  double ledge = 0;    // of a box under another box, m: docs/contact.md
 
   bool is_finite() const { return kind != ShapeKind::plane && kind != ShapeKind::heightmap; }
 };
@@ -27,17 +28,17 @@ struct Surface {
 template <class Scalar>
 struct ContactPair {
   int contact = 0;  // index into Model::contacts
-  int ball_body = -1, surface_body = -1;
-  int ball_entry = -1, surface_entry = -1;  // indices into Workspace::ground
-  bool balls_on_b = false;                  // link b of the contact carries the balls
-  std::vector<Vec3<Scalar>> balls;          // centers, in the body frame
+  int sphere_body = -1, surface_body = -1;
+  int sphere_entry = -1, surface_entry = -1;  // indices into Workspace::ground
+  bool spheres_on_b = false;                  // link b of the contact carries the spheres
+  std::vector<Vec3<Scalar>> spheres;          // centers, in the body frame
   Scalar radius = 0;
-  double half_way = 0.5;  // position of the forces between both surfaces; 0: at the center of a ball
-  // disk: the ball is the nearest part of the rim, whose center line has radius `ring`
+  double half_way = 0.5;  // position of the forces between both surfaces; 0: at the center of a sphere
+  // disk: the sphere is the nearest part of the rim, whose center line has radius `ring`
   bool is_disk = false;
   Vec3<Scalar> axis;
   Scalar ring = 0;
-  // bounding sphere of all balls: center, radius, and distance of the center from the body's origin
+  // bounding sphere of all spheres: center, radius, and distance of the center from the body's origin
   Vec3<Scalar> middle;
   Scalar extent = 0, middle_arm = 0;
   Surface<Scalar> surface;
@@ -87,12 +88,12 @@ template <class To>
 ContactPair<To> with_constants_of(const ContactPair<double>& from) {
   ContactPair<To> to;
   to.contact = from.contact;
-  to.ball_body = from.ball_body;
+  to.sphere_body = from.sphere_body;
   to.surface_body = from.surface_body;
-  to.ball_entry = from.ball_entry;
+  to.sphere_entry = from.sphere_entry;
   to.surface_entry = from.surface_entry;
-  to.balls_on_b = from.balls_on_b;
-  for (const Vec3<double>& ball : from.balls) to.balls.push_back(ball.cast<To>());
+  to.spheres_on_b = from.spheres_on_b;
+  for (const Vec3<double>& sphere : from.spheres) to.spheres.push_back(sphere.cast<To>());
   to.radius = from.radius;
   to.half_way = from.half_way;
   to.is_disk = from.is_disk;
@@ -109,7 +110,8 @@ ContactPair<To> with_constants_of(const ContactPair<double>& from) {
                 from.surface.half_length,
                 from.surface.heights,
                 from.surface.bound.cast<To>(),
-                from.surface.level};
+                from.surface.level,
+                from.surface.ledge};
   return to;
 }
 

@@ -10,7 +10,7 @@ namespace redysim {
 template <class Scalar>
 Scalar separation(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws) {
   using std::abs;
-  const GroundState<Scalar>& body = ground_state(ws, pair.ball_entry);
+  const GroundState<Scalar>& body = ground_state(ws, pair.sphere_entry);
   const GroundState<Scalar>& carrier = ground_state(ws, pair.surface_entry);
   const Surface<Scalar>& surface = pair.surface;
   const Vec3<Scalar> between = body.position + body.rotation * pair.middle - carrier.position;

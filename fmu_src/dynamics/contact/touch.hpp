@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "dynamics/contact/surface_depth.hpp"
 #include "dynamics/ground_motion.hpp"
 
@@ -7,7 +10,7 @@
 
 namespace redysim {
 
-// Motion of the balls' body relative to the surface's body, in surface axes.
+// Motion of the spheres' body relative to the surface's body, in surface axes.
 template <class Scalar>
 struct RelativeMotion {
   Mat3<Scalar> axes;    // orientation of the surface in ground axes
@@ -24,29 +27,29 @@ struct RelativeMotion {
 // Not inlined, for size, but with all its calls inlined: the functions themselves are optimised for size.
 template <class Scalar>
 [[gnu::noinline, gnu::flatten]] RelativeMotion<Scalar> relative_motion(const Surface<Scalar>& surface,
-                                                                       const GroundState<Scalar>& balls,
+                                                                       const GroundState<Scalar>& spheres,
                                                                        const GroundState<Scalar>& carrier) {
   RelativeMotion<Scalar> m;
   m.axes = carrier.rotation * surface.rotation;
   m.origin = carrier.position + carrier.rotation * surface.position;
   const auto into = m.axes.transpose();
-  m.rotation = into * balls.rotation;
-  m.position = into * Vec3<Scalar>(balls.position - m.origin);
-  const Vec3<Scalar> arm = balls.position - carrier.position;
-  m.velocity = into * Vec3<Scalar>(balls.velocity - carrier.velocity - carrier.omega.cross(arm));
-  m.omega = into * Vec3<Scalar>(balls.omega - carrier.omega);
+  m.rotation = into * spheres.rotation;
+  m.position = into * Vec3<Scalar>(spheres.position - m.origin);
+  const Vec3<Scalar> arm = spheres.position - carrier.position;
+  m.velocity = into * Vec3<Scalar>(spheres.velocity - carrier.velocity - carrier.omega.cross(arm));
+  m.omega = into * Vec3<Scalar>(spheres.omega - carrier.omega);
   return m;
 }
 
 // One contact point in the frame of the surface. `position`: half way between both surfaces (ReDySim's law:
-// the point itself). `slip`, `spin`: relative motion of the bodies there. `rate` = -normal . velocity.
-// `growth`: time derivative of the depth, which differs from `rate` on curved ground. `velocity`: of the
-// ball's center.
+// the point itself). `slip`, `spin`: relative motion of the bodies there. `approach`: speed along the inward
+// normal, which differs from the rate of the depth on curved ground.
 template <class Scalar>
 struct Touch {
-  Scalar depth, rate, growth;
-  Vec3<Scalar> normal, position, slip, spin, velocity;
-  std::size_t ball;  // index into ContactPair::balls
+  Scalar depth, depth_rate, approach;
+  Vec3<Scalar> normal, position, slip, spin, center_velocity;
+  std::size_t sphere;  // index into ContactPair::spheres
+  int surface_region;  // as SurfaceDepth::region
 };
 
 // Time derivative of the unit normal of a surface below p, which moves with `velocity`.
@@ -60,13 +63,13 @@ Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, 
   return normal.z() * Vec3<Scalar>(steepening - normal * normal.dot(steepening));
 }
 
-// Replaces the center of a disk and its rate by those of the cross section of the rim that is lowest along
-// the normal below the center.
+// Replaces the center of a disk and its velocity by those of the cross section of the rim that is lowest
+// along the normal below the center.
 template <class Scalar>
 [[gnu::cold]] void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion,
-                               Vec3<Scalar>& center, Vec3<Scalar>& rate) {
-  const Vec3<Scalar> normal = surface_depth(pair.surface, center).normal;
-  const Vec3<Scalar> turning = normal_rate(pair.surface, center, normal, rate);
+                               Vec3<Scalar>& center, Vec3<Scalar>& velocity) {
+  const Vec3<Scalar> normal = surface_depth(pair.surface, BoxFace{}, center).normal;
+  const Vec3<Scalar> turning = normal_rate(pair.surface, center, normal, velocity);
   const Vec3<Scalar> axis = motion.rotation * pair.axis, axis_rate = motion.omega.cross(axis);
   const Scalar tilt = normal.dot(axis);
   const Vec3<Scalar> up = normal - tilt * axis;
@@ -75,37 +78,63 @@ template <class Scalar>
   const Scalar size = safe_norm(up);
   const Vec3<Scalar> direction = up / size;
   center -= pair.ring * direction;
-  rate -= (pair.ring / size) * Vec3<Scalar>(up_rate - direction * direction.dot(up_rate));
+  velocity -= (pair.ring / size) * Vec3<Scalar>(up_rate - direction * direction.dot(up_rate));
 }
 
-// Not inlined, for size: called for a few points only.
+// The face of a box through which another box presses: that of least overlap along its normal (separating
+// axes: Gottschalk, Lin and Manocha 1996). None if the overlap is not small compared with the box.
+template <class Scalar>
+[[gnu::cold]] BoxFace pressed_face(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion) {
+  constexpr double small = 0.5;  // relative to half the thickness
+  BoxFace face;
+  double least = std::numeric_limits<double>::infinity(), half = 0;
+  for (int k = 0; k < 3; ++k)
+    for (const int side : {-1, 1}) {
+      double overlap = 0;
+      for (const Vec3<Scalar>& corner : pair.spheres) {
+        double height = value_of(motion.position[k]);
+        for (int j = 0; j < 3; ++j) height += value_of(motion.rotation(k, j)) * value_of(corner[j]);
+        overlap = std::max(overlap, value_of(pair.surface.half_size[k]) - side * height);
+      }
+      if (!(overlap < least)) continue;
+      least = overlap;
+      half = value_of(pair.surface.half_size[k]);
+      face = {k, side};
+    }
+  return least < small * half ? face : BoxFace{};
+}
+
+// `pressed`: a face of a box. Not inlined, for size: called for a few points only.
 template <class Scalar>
 [[gnu::noinline]] Touch<Scalar> touch_of(const ContactPair<Scalar>& pair,
-                                         const RelativeMotion<Scalar>& motion, const Vec3<Scalar>& ball) {
-  Vec3<Scalar> center = motion.point(ball), rate = motion.velocity_at(center);
-  if (pair.is_disk) move_to_rim(pair, motion, center, rate);
-  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center);
+                                         const RelativeMotion<Scalar>& motion, BoxFace pressed,
+                                         const Vec3<Scalar>& sphere) {
+  Vec3<Scalar> center = motion.point(sphere), center_velocity = motion.velocity_at(center);
+  if (pair.is_disk) move_to_rim(pair, motion, center, center_velocity);
+  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, pressed, center);
   pass_crests(pair.surface, center, surface);
   Touch<Scalar> touch;
   touch.depth = surface.depth + pair.radius;
   touch.normal = surface.normal;
   touch.position = center + Scalar(pair.half_way) * (surface.depth - pair.radius) * surface.normal;
   const Vec3<Scalar> velocity = motion.velocity_at(touch.position);
-  touch.rate = -surface.normal.dot(velocity);
-  touch.growth = surface.gradient.dot(rate);
-  touch.velocity = rate;
-  touch.slip = velocity + surface.normal * touch.rate;
+  touch.approach = -surface.normal.dot(velocity);
+  touch.depth_rate = surface.gradient.dot(center_velocity);
+  touch.center_velocity = center_velocity;
+  touch.slip = velocity + surface.normal * touch.approach;
   touch.spin = motion.omega;
-  touch.ball = static_cast<std::size_t>(&ball - pair.balls.data());
+  touch.surface_region = surface.region;
+  touch.sphere = static_cast<std::size_t>(&sphere - pair.spheres.data());
   return touch;
 }
 
-// Calls visit(touch, motion) for each ball of a pair.
+// Calls visit(touch, motion) for each sphere of a pair.
 template <class Scalar, class Visit>
 void visit_touches(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws, Visit visit) {
-  const RelativeMotion<Scalar> motion =
-      relative_motion(pair.surface, ground_state(ws, pair.ball_entry), ground_state(ws, pair.surface_entry));
-  for (const Vec3<Scalar>& ball : pair.balls) visit(touch_of(pair, motion, ball), motion);
+  const RelativeMotion<Scalar> motion = relative_motion(pair.surface, ground_state(ws, pair.sphere_entry),
+                                                        ground_state(ws, pair.surface_entry));
+  const BoxFace pressed = pair.surface.ledge > 0 ? pressed_face(pair, motion) : BoxFace{};
+  for (const Vec3<Scalar>& sphere : pair.spheres) visit(touch_of(pair, motion, pressed, sphere), motion);
 }
 
 }  // namespace redysim

@@ -136,9 +136,8 @@ std::string singular_sentence(const Model& model, const Plan<double>& plan, int 
   const std::string name = given_name(model, plan, joint);
   const bool part = name != model.links[plan.joints[joint].link].joint.name;
   return "joint '" + name + "': the mass matrix is singular" + where +
-         ", because this joint and those it carries can move without moving mass or inertia; give its link "
-         "mass "
-         "or inertia" +
+         ", because this joint and those it carries can move without moving mass or inertia; "
+         "give its link mass or inertia" +
          (part ? "" : ", or the joint an armature");
 }
 

@@ -255,6 +255,7 @@ fmi2Status Instance::reset() {
   simulation_.integrator.reset();
   simulation_.time = 0;
   singular_is_reported_ = false;
+  travel_ = {};
   life_ = {};
   system.set_scales(simulation_.model, simulation_.parameters);
   motion_.reset();

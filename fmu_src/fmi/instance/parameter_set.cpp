@@ -8,22 +8,10 @@
 #include "fmi/variables/parameters.hpp"
 #include "fmi/variables/state_place.hpp"
 #include "integrate/methods/given_state.hpp"
+#include "model/inertia.hpp"
 #include "model/number.hpp"
 
 namespace redysim {
-namespace {
-
-// No negative principal moment, up to rounding: all principal minors must be non-negative.
-bool is_possible_inertia(const std::array<double, 6>& inertia) {
-  const auto& [xx, yy, zz, xy, xz, yz] = inertia;
-  const double scale = xx + yy + zz, slack = 1e-12 * scale * scale;
-  const double minor_x = yy * zz - yz * yz, minor_y = xx * zz - xz * xz, minor_z = xx * yy - xy * xy;
-  const double determinant = xx * minor_x - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
-  return xx >= 0 && yy >= 0 && zz >= 0 && minor_x >= -slack && minor_y >= -slack && minor_z >= -slack &&
-         determinant >= -slack * scale;
-}
-
-}  // namespace
 
 std::vector<double> ParameterSet::values() const {
   std::vector<double> result;
@@ -126,7 +114,7 @@ std::string ParameterSet::impossible() const {
   for (std::size_t i = 0; i < simulation_.model.links.size(); ++i) {
     const Link& link = simulation_.model.links[i];
     const JointParameters<double>& joint = simulation_.parameters.joints[i];
-    if (!is_possible_inertia(simulation_.parameters.links[i].inertia))
+    if (has_negative_moment(principal_moments(simulation_.parameters.links[i].inertia)))
       return "the inertia of link '" + link.name + "' has a negative principal moment";
     if (!(joint.lower < joint.upper))
       return link.joint.name + ".upper must be greater than " + link.joint.name + ".lower, got " +

@@ -16,7 +16,7 @@ Components::Components(const Scene& scene)
   for (std::size_t i = 0; i < leader_.size(); ++i) join(static_cast<int>(i), plan().joints[i].parent);
   for (const auto& spring : plan().springs) join(spring.body_a, spring.body_b);
   for (const auto& bushing : plan().bushings) join(bushing.body_a, bushing.body_b);
-  for (const auto& pair : plan().contact_pairs) join(pair.ball_body, pair.surface_body);
+  for (const auto& pair : plan().contact_pairs) join(pair.sphere_body, pair.surface_body);
   for (const auto& loop : plan().loops) join(loop.body_a, loop.body_b);
   for (const Coupling& coupling : scene.model.couplings)
     for (int link : coupling.links) join(plan().carrier[coupling.links.front()], plan().carrier[link]);

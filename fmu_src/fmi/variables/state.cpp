@@ -47,9 +47,8 @@ constexpr Entry entries[] = {
         .integer()
         .in(OutputGroup::state)
         .sets(number)
-        .says("When it changes, state.q, state.qd and state.actuator become the state, moved to the nearest "
-              "one that "
-              "satisfies the loop constraints"),
+        .says("When it changes, state.q, state.qd and state.actuator become the state, moved to the "
+              "nearest one that satisfies the loop constraints"),
 };
 
 }  // namespace

@@ -27,17 +27,15 @@ constexpr Entry entries[] = {
         .in(OutputGroup::step_jacobian)
         .discrete()
         .reads(read, Needs::step_jacobian_by_knowns)
-        .says("Derivative of the state after the last communication step by a held input (columns: force "
-              "inputs "
-              "in the order of this file)"),
+        .says("Derivative of the state after the last communication step by a held input (columns: "
+              "force inputs in the order of this file)"),
     output(Owner::model, "step_jacobian.c")
         .array(per_coordinate, per_tunable)
         .in(OutputGroup::parameter_jacobian)
         .discrete()
         .reads(read, Needs::step_jacobian_by_knowns)
-        .says("Derivative of the state after the last communication step by a tunable parameter (columns: in "
-              "the "
-              "order of this file)"),
+        .says("Derivative of the state after the last communication step by a tunable parameter (columns: "
+              "in the order of this file)"),
 };
 
 }  // namespace

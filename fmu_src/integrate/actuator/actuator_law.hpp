@@ -5,7 +5,7 @@
 #include "dynamics/elastic_force.hpp"
 #include "model/actuator.hpp"
 
-// The law of one actuator: input -> lag -> limits -> motor -> torque on the joint. Variables and parameters
+// The law of one actuator: input -> lag -> motor -> limits -> gear -> joint. Variables and parameters
 // may be doubles or dual numbers. N is the gear ratio; torques refer to the joint side and are N times
 // smaller on the motor side.
 //   lag      T x' = input - x

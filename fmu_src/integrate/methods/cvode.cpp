@@ -28,8 +28,8 @@ constexpr double adams_tightening = 1.0 / 30;
 constexpr double adams_contact_tightening = 1.0 / 300;
 constexpr double bdf_tightening = 1.0 / 100;
 constexpr double rounding_of_energy = 1e-15;  // of a work, relative to System::energy_scale
-constexpr double newton_tolerance =
-    0.03;  // relative to the error test; CVODE's 0.1 is less accurate, an iteration is cheap
+// relative to the error test; CVODE's 0.1 is less accurate, and an iteration is cheap
+constexpr double newton_tolerance = 0.03;
 
 // With contacts, CVODE changes the step size at this growth factor. A foot that begins to stick reduces the
 // step to a hundredth, and with CVODE's factor 1.5 it grows again too late. Smaller factors need no new
@@ -161,6 +161,7 @@ void Cvode::reset_cvode() {
   std::copy(restart_.y.begin(), restart_.y.end(), data(ahead_));
   CVodeReInit(memory_.get(), 0, ahead_.get());
   CVodeSetInitStep(memory_.get(), restart_.first_step);
+  CVodeSetStopTime(memory_.get(), std::numeric_limits<double>::max());  // not reset by CVodeReInit
   ahead_time_ = 0;
   steps_taken_ = 0;
   slope_known_ = projection_failed_ = false;

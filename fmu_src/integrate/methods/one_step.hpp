@@ -152,10 +152,8 @@ class OneStep : public Integrator {
   void examine_loops();
   bool first_step_from_here();
   void loosen();
-  void forget_goal() {
-    goal_ = std::numeric_limits<double>::quiet_NaN();
-  }  // prevents a continuation
-     // advance
+  // Prevents a continuation.
+  void forget_goal() { goal_ = std::numeric_limits<double>::quiet_NaN(); }
   Outcome run_to_end(bool may_choose);
   bool passes_contact(double since, const double* y, double h);
   Flag attempt();

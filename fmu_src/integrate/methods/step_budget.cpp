@@ -14,13 +14,12 @@ constexpr double growth = 2;                   // assumed possible growth of the
 const char* advice(SolverMethod asked) {
   switch (asked) {
     case SolverMethod::automatic:
-      return "lower stiffness, damping or gains, loosen solver.rtol, or use a smaller communication step "
-             "size";
+      return "lower stiffness, damping or gains, loosen solver.rtol, or use a smaller "
+             "communication step size";
     case SolverMethod::bdf:
     case SolverMethod::dirk:
-      return "loosen solver.rtol, add damping to the high-frequency modes, or use a smaller communication "
-             "step "
-             "size";
+      return "loosen solver.rtol, add damping to the high-frequency modes, or use a smaller "
+             "communication step size";
     default:
       return "use solver.method auto, dirk or bdf, or lower stiffness, damping or gains";
   }

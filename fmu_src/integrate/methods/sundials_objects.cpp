@@ -231,7 +231,7 @@ int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, doub
   for (int ball = 0; ball < system.balls(); ++ball) {
     const int body = system.plan().balls[ball] + 3;
     if (any_of(pairs,
-               [body](const auto& pair) { return pair.ball_body == body || pair.surface_body == body; }))
+               [body](const auto& pair) { return pair.sphere_body == body || pair.surface_body == body; }))
       balls.push_back(ball);
   }
   return balls;

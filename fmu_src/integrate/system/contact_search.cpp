@@ -71,7 +71,7 @@ ContactSearch::ContactSearch(const Plan<double>& plan)
       displacements_(plan.joints.size()) {
   for (const ContactPair<double>& pair : plan.contact_pairs) {
     const ContactLaw<double>& law = plan.contact_laws[static_cast<std::size_t>(pair.contact)];
-    pressed_.insert(pressed_.end(), pair.balls.size(),
+    pressed_.insert(pressed_.end(), pair.spheres.size(),
                     law.redysim ? before_jump * redysim_least_depth : slightly * law.width);
   }
   near_.reserve(plan.contact_pairs.size());
@@ -126,7 +126,7 @@ void ContactSearch::set_reference(const Plan<double>& plan, const Workspace<doub
       arms_[step.body] = (ws.ground[step.entry].position - ground_state(ws, step.from).position).norm();
   for (std::size_t k = 0; k < reference_pairs_.size(); ++k) {
     const ContactPair<double>& pair = plan.contact_pairs[k];
-    const GroundState<double>& body = ground_state(ws, pair.ball_entry);
+    const GroundState<double>& body = ground_state(ws, pair.sphere_entry);
     const Vec3<double> middle = body.position + body.rotation * pair.middle;
     const Vec3<double>& carrier = ground_state(ws, pair.surface_entry).position;
     reference_pairs_[k] = {separation(pair, ws), (middle - carrier).norm()};
@@ -149,12 +149,12 @@ bool ContactSearch::find_near_pairs(const Plan<double>& plan, const double* qdd,
   for (std::size_t k = 0; k < reference_pairs_.size(); ++k) {
     const ContactPair<double>& pair = plan.contact_pairs[k];
     const ReferencePair& at = reference_pairs_[k];
-    const Displacement body = displacement_of(pair.ball_body), carrier = displacement_of(pair.surface_body);
+    const Displacement body = displacement_of(pair.sphere_body), carrier = displacement_of(pair.surface_body);
     const double moved = body.of_point(pair.middle_arm) + carrier.of_point(at.carrier_arm);
     if (!(at.separation > moved))
       near_.push_back(
           {&pair, first_point, moved + std::min(body.turned + carrier.turned, 2.0) * pair.extent});
-    first_point += pair.balls.size();
+    first_point += pair.spheres.size();
   }
   return !near_.empty();
 }
@@ -172,10 +172,10 @@ double ContactSearch::find_waiting_points(double h, bool or_separation) {
     const std::size_t waiting_before = waiting_.size();
     // in a height map, the depth may change more than the point moves
     const bool bounded = near.pair->surface.kind != ShapeKind::heightmap;
-    for (std::size_t k = near.first_point; k < near.first_point + near.pair->balls.size(); ++k) {
+    for (std::size_t k = near.first_point; k < near.first_point + near.pair->spheres.size(); ++k) {
       const ContactDistance& at = before_[k];
       if (at.value > 0) {
-        if (!bounded || !(at.value > near.moved)) waiting_.push_back(k);
+        if (!bounded || !(at.value > near.moved + near.pair->surface.ledge)) waiting_.push_back(k);
       } else if (at.rate < 0) {
         const double deepest = deepening * std::max(-at.value, pressed_[k] / slightly);
         longest = std::min(longest, deepest / -at.rate);

@@ -36,9 +36,8 @@ class System {
   bool with_work() const { return features::energies && layout_.work.count != 0; }
   int simple() const { return layout_.q.count; }  // joints of one degree of freedom in the state
   int balls() const { return features::spherical ? layout_.quaternion.count : 0; }
-  int joint_of(int state_position) const {
-    return integrated_[state_position];
-  }  // index into plan().joints; argument < simple()
+  // Index into plan().joints; state_position < simple().
+  int joint_of(int state_position) const { return integrated_[state_position]; }
 
   // Scale of each joint's motion, m or 1 (rad), and of each actuator state, for absolute tolerances; length
   // simple() + layout().actuators().

@@ -1,20 +1,12 @@
 #include "model/read/model_checks.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include "model/any_of.hpp"
+#include "model/inertia.hpp"
 
 namespace redysim {
 namespace {
 
-Mat3<double> inertia_matrix(const Link& link) {
-  const auto& [xx, yy, zz, xy, xz, yz] = link.inertia;
-  Mat3<double> matrix;
-  matrix << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  return matrix;
-}
-
-bool has_inertia(const Link& link) { return !inertia_matrix(link).isZero(0); }
+bool has_inertia(const Link& link) { return !inertia_matrix(link.inertia).isZero(0); }
 
 // Rotation and translation from link frame to parent frame of a fixed joint.
 Eigen::Isometry3d placement(const DhParameters& dh) {
@@ -28,7 +20,7 @@ Eigen::Isometry3d placement(const DhParameters& dh) {
 Mat3<double> inertia_about_origin(const Link& link, const Eigen::Isometry3d& pose) {
   const Vec3<double> com = pose * link.com;
   const Mat3<double> rotation = pose.linear();
-  return rotation * inertia_matrix(link) * rotation.transpose() +
+  return rotation * inertia_matrix(link.inertia) * rotation.transpose() +
          link.mass * (com.squaredNorm() * Mat3<double>::Identity() - com * com.transpose());
 }
 
@@ -80,16 +72,13 @@ std::string immovable(const Joint& joint, const Outboard& outboard) {
 }  // namespace
 
 void check_inertia(const Link& link, Section& section) {
-  const Mat3<double> matrix = inertia_matrix(link);
-  const Vec3<double> moments =
-      Eigen::SelfAdjointEigenSolver<Mat3<double>>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
-  const double scale = moments.cwiseAbs().maxCoeff();
+  const Vec3<double> moments = principal_moments(link.inertia);
   const auto list = [&] {
     return " (" + rounded(moments[0]) + ", " + rounded(moments[1]) + ", " + rounded(moments[2]) + ")";
   };
-  if (moments[0] < -1e-12 * scale)
+  if (has_negative_moment(moments))
     section.error("inertia", "inertia has a negative principal moment" + list());
-  else if (moments[2] > moments[0] + moments[1] + 1e-9 * scale)
+  else if (moments[2] > moments[0] + moments[1] + 1e-9 * moments.cwiseAbs().maxCoeff())
     section.warn(
         "inertia",
         "inertia is not physically possible: its largest principal moment exceeds the sum of the others" +

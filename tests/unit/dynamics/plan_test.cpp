@@ -108,6 +108,9 @@ TEST(CompiledRecursions, agree_with_the_templates) {
     Vector out(tree.nv());
     compiled_forward_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), tau.data(), out.data());
     EXPECT_LT(test::relative_difference(out, tree.qdd(c.q, v, tau)), 1e-11);
+    // that of processors without AVX2
+    plain_forward_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), tau.data(), out.data());
+    EXPECT_LT(test::relative_difference(out, tree.qdd(c.q, v, tau)), 1e-11);
     compiled_inverse_dynamics(tree.plan, tree.ws, c.q.data(), v.data(), tau.data(), out.data());
     EXPECT_LT(test::relative_difference(out, tree.tau(c.q, v, tau)), 1e-13);
   }
