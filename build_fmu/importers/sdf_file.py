@@ -142,7 +142,10 @@ class Sdf(Urdf):
         """Returns the reason why a name is not found."""
         if "::" in name:
             return f"{what} '{name}': included and nested models are not supported; copy their links and joints into the model"
-        return f"unknown {what} '{name}'{did_you_mean(name, self.places)}"
+        unknown = f"unknown {what} '{name}'"
+        if self.model.find("include") is not None:
+            return f"{unknown}; included models are not supported: copy their links and joints into the model"
+        return f"{unknown}{did_you_mean(name, self.places)}"
 
     def link_of(self, name: str, by: etree._Element, seen: tuple[str, ...] = ()) -> str:
         """Returns the link at an end of a joint: the named link, or the one that the named frame or joint is attached to."""
@@ -218,9 +221,10 @@ class Sdf(Urdf):
         self.poses[element] = self._inside(shape, link)
         geometry = self._add(element, shape, "geometry")
         for one in (part for outer in shape.findall("geometry") for part in elements(outer)):
-            keys = {"uri": "filename", "scale": "scale"} if one.tag == "mesh" else {key: key for key in SIZES.get(one.tag, ())}
+            kind = one.tag.removeprefix("drake:")
+            keys = {"uri": "filename", "scale": "scale"} if kind == "mesh" else {key: key for key in SIZES.get(kind, ())}
             given = {new: _text(one, old, "") for old, new in keys.items() if one.find(old) is not None}
-            self._add(geometry, one, one.tag, **given)
+            self._add(geometry, one, kind, **given)
             if one.find("submesh") is not None:
                 self.lost.append(f"{self.shown}:{one.sourceline}: <submesh>: the whole mesh is drawn")
         colour = shape.findtext("material/diffuse")

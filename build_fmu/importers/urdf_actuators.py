@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from build_fmu.errors import did_you_mean, listed
+from build_fmu.errors import UserError, did_you_mean, listed
 from build_fmu.importers.draft import Draft, DraftTie
 from build_fmu.importers.toml_writer import number
 from build_fmu.importers.urdf_file import Urdf
@@ -83,7 +83,14 @@ def _read_transmissions(urdf: Urdf, joints: dict, drives: dict[str, Drive], draf
 
 def _gear(urdf: Urdf, element: etree._Element, joint: str, draft: Draft) -> tuple[float, float, bool]:
     """Returns reduction and rotor inertia of a transmission, and whether they are Drake's, which replace those of ROS, as in Drake."""
-    ros, drake = ([_inner(urdf, element, tag) for tag in tags] for tags in (ROS, DRAKE))
+    drake = [_inner(urdf, element, tag) for tag in DRAKE]
+    ros = [None, _inner(urdf, element, ROS[1])]
+    try:
+        ros[0] = _inner(urdf, element, ROS[0])
+    except UserError as error:
+        if ros[1]:
+            raise
+        draft.lost.append(f"{error}; without <{ROS[1]}> it has no effect")
     of_drake = drake != [None, None]
     unused = [tag for tag, value, neutral in zip(ROS, ros, (1, 0), strict=True) if of_drake and value not in (None, neutral)]
     if unused:

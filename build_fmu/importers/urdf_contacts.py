@@ -99,6 +99,8 @@ def add_contacts(solids: list[Solid], omitted: Counter, layout, feet_only: bool)
     for solid in chosen:
         for shape in _shapes(solid, poses[solid.link]):
             law = LAW if solid.friction is None else LAW | {"friction": solid.friction}
+            if law["friction"] == 0:
+                law = {"damping": law["damping"], "friction": 0}
             fields = {"link_a": solid.link, **shape, "stiffness": stiffness, **law, "outputs": ["force", "depth", "point"]}
             draft.contacts.append(DraftTie(layout.names.take(f"{solid.link}_contact"), fields))
     shared = f"{mass:.4g} kg on {points} point{'s' if points > 1 else ''}{'' if any(draft.gravity) else f', at {EARTH:g} m/s2'}"
@@ -193,7 +195,9 @@ def _extreme_points(solid: Solid, pose: np.ndarray) -> tuple[list[list[float]], 
     # a mesh is stretched to a cube, so that a long flat foot has its four corners
     extent = np.maximum(np.ptp(world, axis=0), 1e-9)
     world /= extent
-    hull = np.unique(np.concatenate([np.argmax(world @ part.T, axis=0) for part in np.array_split(SPHERE, 40)]))
+    # rows in memory order: faster by a factor of ten for dense meshes
+    upright = np.ascontiguousarray(world.T)
+    hull = np.unique(np.concatenate([np.argmax(part @ upright, axis=1) for part in np.array_split(SPHERE, 40)]))
     if len(hull) <= len(DIRECTIONS):
         return corners[hull].tolist(), 0.0
     chosen = np.unique(np.argmax(world @ DIRECTIONS.T, axis=0))
@@ -303,7 +307,8 @@ def _law(chosen: list[Solid]) -> str:
     if not given:
         return f"{', '.join(assumed)} are assumed"
     by = [f"{value:g}" + (f" ({listed(list(dict.fromkeys(links)))})" if len(given) > 1 else "") for value, links in given.items()]
-    return f"{assumed[0]}, {assumed[2]} are assumed; friction {', '.join(by)} as in the file"
+    creep = f", {assumed[2]} are" if any(value > 0 for value in given) or any(solid.friction is None for solid in chosen) else " is"
+    return f"{assumed[0]}{creep} assumed; friction {', '.join(by)} as in the file"
 
 
 def _lift(draft: Draft, poses: dict[str, np.ndarray], lowest: float) -> None:

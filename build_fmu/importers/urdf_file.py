@@ -106,12 +106,15 @@ class Urdf:
         return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
+# errors without effect that are common in files of robots, beside prefixes without a namespace
+ACCEPTED = ("ERR_UNKNOWN_VERSION", "WAR_UNKNOWN_VERSION", "ERR_HYPHEN_IN_COMMENT")
+
+
 def parsed(path: Path, text: bytes) -> etree._Element:
     """Returns the root element: names keep prefixes, attributes lose outer spaces; raises UserError with file, line, column."""
     root, errors = _parse(text)
-    # prefixes without a namespace are common in URDF files, and the only error that is accepted
     for error in errors:
-        if error.domain_name != "NAMESPACE":
+        if error.domain_name != "NAMESPACE" and error.type_name not in ACCEPTED:
             raise UserError(f"{path}:{error.line}:{error.column}: {_sentence(error.message.strip())}")
     if root is None:
         raise UserError(f"{path}:1:1: invalid XML: no element")

@@ -81,6 +81,9 @@ def test_the_references_are_those_of_mujoco(tmp_path, plane, geom, after, fricti
 def test_the_report_tells_what_the_file_states_from_what_is_assumed(tmp_path):
     (line,) = [line for line in imported(tmp_path, 'friction="0.05"', 'friction="0.02"').doubts if "contact of" in line]
     assert line.endswith("damping 2 s/m, friction_velocity 0.001 m/s are assumed; friction 0.05 (b), 1 (other) as in the file")
+    draft = imported(tmp_path, 'condim="1"', 'condim="1"')
+    smooth = next(one for one in draft.contacts if one.fields["link_a"] == "b")
+    assert smooth.fields["friction"] == 0 and "friction_velocity" not in smooth.fields
     lost = imported(tmp_path, "", 'solref="0.01 1" margin="0.01" condim="6"').lost
     for what in ("solref", "margin", "resistance to torsion and rolling (condim 6)"):
         assert f"{what} of the contacts of b: another law, with the stiffness and damping below" in lost

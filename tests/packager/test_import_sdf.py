@@ -341,6 +341,31 @@ def test_errors_have_file_line_and_element(tmp_path, old, new, sentence):
     assert sentence in str(error.value) and "\n" not in str(error.value)
 
 
+def test_an_unknown_name_in_a_model_with_includes_names_the_cause(tmp_path):
+    text = PARALLELOGRAM.replace("</model>", '<include merge="true"><uri>model://box</uri></include></model>').replace(
+        "<child>coupler", "<child>box"
+    )
+    with pytest.raises(
+        UserError, match="unknown link 'box'; included models are not supported: copy their links and joints into the model"
+    ):
+        imported(tmp_path, text)
+
+
+def test_shapes_of_drake(tmp_path):
+    shapes = "".join(
+        f"<visual name='{k}'><geometry>{shape}</geometry></visual>"
+        for k, shape in enumerate(
+            (
+                "<drake:capsule><radius>0.1</radius><length>0.2</length></drake:capsule>",
+                "<drake:ellipsoid><a>0.1</a><b>0.1</b><c>0.2</c></drake:ellipsoid>",
+            )
+        )
+    )
+    draft = imported(tmp_path, PARALLELOGRAM.replace("</link>", shapes + "</link>", 1))
+    assert [(shape.fields["kind"], shape.fields["size"]) for shape in draft.shapes] == [("capsule", [0.1, 0.2])]
+    assert any("<ellipsoid> shapes" in line for line in draft.lost)
+
+
 @needs_library
 def test_the_command_recognises_an_sdf_by_its_root_element(tmp_path):
     file = tmp_path / "model.xml"

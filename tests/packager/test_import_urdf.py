@@ -311,6 +311,14 @@ def test_a_prefix_without_a_namespace_is_accepted(tmp_path):
     assert "1 x <gazebo>" in imported(tmp_path, text).lost
 
 
+@pytest.mark.parametrize(
+    "start", ['<?xml version="0.0" ?><robot', '<?xml version="1.1" ?><robot', "<!-- run with: gz sim --verbose arm -->\n<robot"]
+)
+def test_a_declaration_or_comment_that_only_strict_readers_refuse_is_accepted(tmp_path, start):
+    strict, lenient = imported(tmp_path, ARM), imported(tmp_path, start + ARM[ARM.index("<robot") + 6 :])
+    assert lenient.links == strict.links
+
+
 def test_a_deep_chain(tmp_path):
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     links = "".join(f'<link name="l{i}">{inertial}</link>' for i in range(3000))

@@ -128,6 +128,10 @@ def test_unknown_content_of_transmissions_is_listed(tmp_path):
         (transmission() * 2, "line 9: <transmission> 'drive': 'shoulder' already has a transmission"),
         (transmission("weld"), "<transmission> of weld: only revolute, continuous and prismatic joints have drives"),
         ('<transmission name="t"/>', "line 9: <transmission> 't': no <joint>"),
+        (
+            transmission(actuator="<mechanicalReduction>1:50</mechanicalReduction>"),
+            "drives.urdf:9: <mechanicalReduction> must be a number, got '1:50'; without <motorInertia> it has no effect",
+        ),
     ],
 )
 def test_other_transmissions_are_listed(tmp_path, extra, sentence):
@@ -138,7 +142,10 @@ def test_other_transmissions_are_listed(tmp_path, extra, sentence):
     ("extra", "sentence"),
     [
         (transmission(actuator="<mechanicalReduction>0</mechanicalReduction>"), "<mechanicalReduction> of 'shoulder' must not be 0"),
-        (transmission(actuator="<mechanicalReduction>1:50</mechanicalReduction>"), "<mechanicalReduction> must be a number, got '1:50'"),
+        (
+            transmission(actuator="<mechanicalReduction>1:50</mechanicalReduction><motorInertia>1</motorInertia>"),
+            "<mechanicalReduction> must be a number, got '1:50'",
+        ),
         (transmission(actuator="<motorInertia>-1</motorInertia>"), "<motorInertia> of 'shoulder' must be >= 0, got -1"),
         (transmission(actuator='<drake:gear_ratio value="0"/>'), "<drake:gear_ratio> of 'shoulder' must not be 0"),
         (transmission(actuator='<drake:gear_ratio value="1:5"/>'), "'value' of <drake:gear_ratio> must be a number, got '1:5'"),
