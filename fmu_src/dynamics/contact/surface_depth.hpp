@@ -59,8 +59,8 @@ struct BoxFace {
 // nearest one. With `pressed`: corners on an edge must be supported like those inside, so the box is wider by
 // a ledge, over which the depth decreases to zero.
 template <class Scalar>
-[[gnu::cold]] SurfaceDepth<Scalar> depth_in_box(const Surface<Scalar>& box, BoxFace pressed,
-                                                const Vec3<Scalar>& p) {
+[[gnu::cold]] SurfaceDepth<Scalar> depth_in_box(const Surface<Scalar>& box, const Vec3<Scalar>& p,
+                                                BoxFace pressed) {
   const double ledge = pressed.axis < 0 ? 0 : box.ledge;
   SurfaceDepth<Scalar> out;
   Vec3<Scalar> below;  // each face
@@ -95,7 +95,8 @@ template <class Scalar>
 
 // `pressed`: of a box.
 template <class Scalar>
-SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, BoxFace pressed, const Vec3<Scalar>& p) {
+SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Scalar>& p,
+                                   BoxFace pressed = {}) {
   switch (surface.kind) {
     case ShapeKind::heightmap:
       return depth_in_heights(*surface.heights, p);
@@ -105,7 +106,7 @@ SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, BoxFace press
       return depth_below(surface.radius, Vec3<Scalar>(p.x(), p.y(), p.z() - along));
     }
     case ShapeKind::box:
-      return depth_in_box(surface, pressed, p);
+      return depth_in_box(surface, p, pressed);
     case ShapeKind::sphere:
       return depth_below(surface.radius, p);
     default: {

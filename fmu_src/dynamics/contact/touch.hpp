@@ -68,7 +68,7 @@ Vec3<Scalar> normal_rate(const Surface<Scalar>& surface, const Vec3<Scalar>& p, 
 template <class Scalar>
 [[gnu::cold]] void move_to_rim(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion,
                                Vec3<Scalar>& center, Vec3<Scalar>& velocity) {
-  const Vec3<Scalar> normal = surface_depth(pair.surface, BoxFace{}, center).normal;
+  const Vec3<Scalar> normal = surface_depth(pair.surface, center).normal;
   const Vec3<Scalar> turning = normal_rate(pair.surface, center, normal, velocity);
   const Vec3<Scalar> axis = motion.rotation * pair.axis, axis_rate = motion.omega.cross(axis);
   const Scalar tilt = normal.dot(axis);
@@ -111,7 +111,7 @@ template <class Scalar>
                                          const Vec3<Scalar>& sphere) {
   Vec3<Scalar> center = motion.point(sphere), center_velocity = motion.velocity_at(center);
   if (pair.is_disk) move_to_rim(pair, motion, center, center_velocity);
-  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, pressed, center);
+  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center, pressed);
   pass_crests(pair.surface, center, surface);
   Touch<Scalar> touch;
   touch.depth = surface.depth + pair.radius;

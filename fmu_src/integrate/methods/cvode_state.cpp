@@ -20,7 +20,7 @@ struct Cvode::Saved {
 
 void Cvode::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
-  put(writer, state_header(system_, settings_, method_));
+  put_header(writer, system_, settings_, method_);
   writer.put(time_);
   writer.put(y_.data(), y_.size());
   writer.put(static_cast<unsigned char>(restart_due_));
@@ -75,8 +75,7 @@ bool Cvode::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
   Saved saved;
   saved.works = works_;
-  if (!matches(reader, state_header(system_, settings_, method_)) || !read(reader, system_, saved))
-    return false;
+  if (!has_header(reader, system_, settings_, method_) || !read(reader, system_, saved)) return false;
   time_ = saved.time;
   y_.swap(saved.y);
   restart_due_ = static_cast<Due>(saved.restart_due);

@@ -330,7 +330,7 @@ std::string OneStep::reason_of(Flag flag, const StepBudget& budget) {
 
 void OneStep::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
-  put(writer, state_header(system_, settings_, method_));
+  put_header(writer, system_, settings_, method_);
   writer.put(origin_);
   writer.put(since_);
   writer.put(control_.wanted());
@@ -350,7 +350,7 @@ bool OneStep::get_choice(ByteReader& reader) { return reader.finished(); }
 
 bool OneStep::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
-  if (!matches(reader, state_header(system_, settings_, method_))) return false;
+  if (!has_header(reader, system_, settings_, method_)) return false;
   double origin = 0, since = 0, wanted = 0, previous_error = 0;
   unsigned char fresh = 0, slope_known = 0, starts_singular = 0;
   int rank = 0;

@@ -2,35 +2,26 @@
 
 namespace redysim {
 
-StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method) {
+void put_header(ByteWriter& writer, const System& system, const SolverSettings& settings,
+                SolverMethod method) {
   constexpr std::uint32_t magic = 0x49534452;  // "RDSI"
   constexpr std::uint32_t version = 11;        // also of the data after the header
-  return {magic,           version,       static_cast<std::uint32_t>(method),
-          system.nq(),     system.nv(),   system.size(),
-          settings.rtol,   settings.atol, settings.max_step,
-          settings.max_rhs};
+  writer.put(magic);
+  writer.put(version);
+  writer.put(static_cast<std::uint32_t>(method));
+  for (const int size : {system.nq(), system.nv(), system.size()}) writer.put(size);
+  for (const double setting : {settings.rtol, settings.atol, settings.max_step, settings.max_rhs})
+    writer.put(setting);
 }
 
-void put(ByteWriter& writer, const StateHeader& header) {
-  writer.put(header.magic);
-  writer.put(header.version);
-  writer.put(header.method);
-  writer.put(header.nq);
-  writer.put(header.nv);
-  writer.put(header.size);
-  writer.put(header.rtol);
-  writer.put(header.atol);
-  writer.put(header.max_step);
-  writer.put(header.max_rhs);
-}
-
-bool matches(ByteReader& reader, const StateHeader& expected) {
-  std::vector<unsigned char> bytes;
-  ByteWriter writer(bytes);
-  put(writer, expected);
-  std::vector<unsigned char> read(bytes.size());
+bool has_header(ByteReader& reader, const System& system, const SolverSettings& settings,
+                SolverMethod method) {
+  std::vector<unsigned char> expected;
+  ByteWriter writer(expected);
+  put_header(writer, system, settings, method);
+  std::vector<unsigned char> read(expected.size());
   reader.get(read.data(), read.size());
-  return reader.good() && read == bytes;
+  return reader.good() && read == expected;
 }
 
 namespace {

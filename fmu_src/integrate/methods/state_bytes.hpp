@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "integrate/methods/integrator.hpp"
 #include "integrate/system/bytes.hpp"
 
@@ -9,15 +7,12 @@
 
 namespace redysim {
 
-// Data that must agree when a state is restored.
-struct StateHeader {
-  std::uint32_t magic, version, method;
-  std::int32_t nq, nv, size;
-  double rtol, atol, max_step, max_rhs;
-};
-StateHeader state_header(const System& system, const SolverSettings& settings, SolverMethod method);
-void put(ByteWriter& writer, const StateHeader& header);
-bool matches(ByteReader& reader, const StateHeader& expected);  // reads the header and compares it
+// Writes what must agree when a state is restored: version, method, sizes and settings.
+void put_header(ByteWriter& writer, const System& system, const SolverSettings& settings,
+                SolverMethod method);
+// Reads a header; whether it agrees.
+bool has_header(ByteReader& reader, const System& system, const SolverSettings& settings,
+                SolverMethod method);
 
 void put(ByteWriter& writer, const Statistics& statistics);
 void get(ByteReader& reader, Statistics& statistics);

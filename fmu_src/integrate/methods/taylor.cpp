@@ -227,7 +227,7 @@ const double* Taylor::force_coefficients(double since, int order) {
 
 void Taylor::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
-  put(writer, state_header(system_, settings_, SolverMethod::taylor));
+  put_header(writer, system_, settings_, SolverMethod::taylor);
   writer.put(origin_);
   writer.put(since_);
   writer.put(y_.data(), y_.size());
@@ -243,7 +243,7 @@ void Taylor::save(std::vector<unsigned char>& bytes) const {
 
 bool Taylor::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
-  if (!matches(reader, state_header(system_, settings_, SolverMethod::taylor))) return false;
+  if (!has_header(reader, system_, settings_, SolverMethod::taylor)) return false;
   double origin = 0, since = 0, unit = 0, series_since = 0, extent = 0, series_unit = 0;
   unsigned char has_series = 0;
   std::int32_t order = 0;

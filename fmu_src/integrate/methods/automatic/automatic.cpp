@@ -212,7 +212,7 @@ void Automatic::consider(double end, double span) {
 
 void Automatic::save(std::vector<unsigned char>& bytes) const {
   ByteWriter writer(bytes);
-  put(writer, state_header(system_, settings_, SolverMethod::automatic));
+  put_header(writer, system_, settings_, SolverMethod::automatic);
   AutomaticMemory::each_part(memory_, [&writer](const auto& part) { writer.put(part); });
   put(writer, before_);
   current_->save(bytes);
@@ -220,7 +220,7 @@ void Automatic::save(std::vector<unsigned char>& bytes) const {
 
 bool Automatic::restore(const unsigned char* bytes, std::size_t size) {
   ByteReader reader(bytes, size);
-  if (!matches(reader, state_header(system_, settings_, SolverMethod::automatic))) return false;
+  if (!has_header(reader, system_, settings_, SolverMethod::automatic)) return false;
   AutomaticMemory memory;
   Statistics before;
   AutomaticMemory::each_part(memory, [&reader](auto& part) { reader.get(part); });
