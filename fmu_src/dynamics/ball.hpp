@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "math/angles.hpp"
@@ -19,6 +20,11 @@ struct BallAnglesOf {
   Scalar phi = 0, theta = 0, psi = 0;
 };
 using BallAngles = BallAnglesOf<double>;
+
+// Positions of the four joints: beta, phi, theta and psi.
+inline std::array<double, 4> joint_positions(const BallAngles& angles) {
+  return {angles.turned ? half_pi : 0, angles.phi, angles.theta, angles.psi};
+}
 
 // Whether a quaternion of any length has an orientation that can be computed.
 inline bool has_orientation(const double* quaternion) {

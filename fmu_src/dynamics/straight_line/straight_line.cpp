@@ -179,8 +179,7 @@ void require_independent_rows(const StraightLine& line, const Model& model, cons
   for (int i = 0; i < plan.nv; ++i) set(i, model.links[plan.joints[i].link].joint.q0);
   for (std::size_t ball = 0; ball < plan.balls.size(); ++ball) {
     const BallAngles start = ball_angles(rotation_of(model.balls[ball].quaternion.data()));
-    const double q[] = {start.turned ? half_pi : 0, start.phi, start.theta, start.psi};
-    for (int k = 0; k < 4; ++k) set(plan.balls[ball] + k, q[k]);
+    for (int k = 0; k < 4; ++k) set(plan.balls[ball] + k, joint_positions(start)[k]);
   }
   for (double margin : line.tape.values(line.margins, symbols))
     if (!(margin > 0))

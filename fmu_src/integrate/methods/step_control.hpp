@@ -19,9 +19,10 @@ class StepControl {
   }
   void forget_errors() { previous_error_ = 1; }  // call after a change of the right-hand side
 
-  // Update after a step of size h with this weighted error (NaN: the right-hand side failed).
+  // Update after a step of size h with this weighted error.
   void accepted(double h, double error);
-  double rejected(double h, double error);  // returns the step size to try next
+  // The step size to try next; an error that is not finite: the right-hand side failed.
+  double rejected(double h, double error);
   void limit(double h) { wanted_ = h < wanted_ ? h : wanted_; }
 
   // Next step size for the `remaining` time, s: equal parts instead of a small remainder at the end.

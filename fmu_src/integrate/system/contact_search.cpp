@@ -94,10 +94,8 @@ void ContactSearch::predict_balls(const Plan<double>& plan, const double* qdd, d
     const double angle = safe_norm(turn);
     const BallAngles end =
         ball_angles(rotation_of(start) * Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix());
-    q_[chart] = end.turned ? half_pi : 0;
-    const double angles[] = {end.phi, end.theta, end.psi};
     const Vec3<double> end_rates = angle_rates(end, Vec3<double>(omega + after * alpha));
-    std::copy_n(angles, 3, &q_[chart + 1]);
+    std::copy_n(joint_positions(end).begin(), 4, &q_[chart]);
     std::copy_n(end_rates.data(), 3, &qd_[chart + 1]);
   }
 }

@@ -140,8 +140,7 @@ void IndependentCoordinates::expand(double time, const double* y) {
     if (!is_in_cluster(ball)) continue;
     const int chart = system_.plan().balls[ball];
     const auto [angles, rates] = motion_of(ball, y);
-    const double values[] = {angles.turned ? half_pi : 0, angles.phi, angles.theta, angles.psi};
-    std::copy_n(values, 4, &q_[chart]);
+    std::copy_n(joint_positions(angles).begin(), 4, &q_[chart]);
     std::copy_n(rates.data(), 3, &qd_[chart + 1]);
   }
   compiled_ground_motion(system_.plan(), workspace_, q_.data(), qd_.data());
@@ -336,7 +335,7 @@ void IndependentCoordinates::seed(const double* y, const double* dq, const doubl
   for (int ball = 0; ball < system_.balls(); ++ball) {
     if (!is_in_cluster(ball)) continue;
     const auto [angles, rates] = motion_of(ball, y);
-    const double values[] = {angles.turned ? half_pi : 0, angles.phi, angles.theta, angles.psi};
+    const std::array<double, 4> values = joint_positions(angles);
     for (int i = 0; i < 4; ++i) q[plan.balls[ball] + i] = Dual(values[i]);
     for (int i = 0; i < 3; ++i) qd[plan.balls[ball] + 1 + i] = Dual(rates[i]);
   }

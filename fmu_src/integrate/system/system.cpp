@@ -60,10 +60,8 @@ void System::expand_ball(int ball, const double* y) {
   angles = charts_kept_ ? angles_in_chart(rotation, angles.turned) : ball_angles(rotation);
   const Vec3<double> rates = angle_rates(angles, omega);
   const Vec3<double> forces = rate_matrix(angles).transpose() * torque;
-  const double positions[] = {angles.phi, angles.theta, angles.psi};
-  q_[chart] = angles.turned ? half_pi : 0;
+  std::copy_n(joint_positions(angles).begin(), 4, &q_[chart]);
   for (int k = 0; k < 3; ++k) {
-    q_[chart + 1 + k] = positions[k];
     qd_[chart + 1 + k] = rates[k];
     recursion_inputs_[chart + 1 + k] = forces[k];
   }

@@ -116,10 +116,10 @@ Vec3<Dual> Tangent::omega_in(const Duals& at, const Duals& speed, int ball) cons
 void Tangent::put_ball(int ball, const BallAngles& angles, const Vec3<double>& turn, const Vec3<Dual>& omega,
                        Duals& at, Duals& speed) const {
   const int first = plan_.balls[ball] + 1;
-  const double values[] = {angles.phi, angles.theta, angles.psi};
+  const std::array<double, 4> values = joint_positions(angles);
   const Vec3<double> change = angle_rates(angles, turn);
-  at[first - 1] = Dual(angles.turned ? half_pi : 0);
-  for (int i = 0; i < 3; ++i) at[first + i] = Dual(values[i], change[i]);
+  at[first - 1] = Dual(values[0]);
+  for (int i = 0; i < 3; ++i) at[first + i] = Dual(values[i + 1], change[i]);
   const Vec3<Dual> rates = angle_rates(angles_in(at, ball), omega);
   for (int i = 0; i < 3; ++i) speed[first + i] = rates[i];
 }
