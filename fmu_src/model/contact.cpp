@@ -33,7 +33,7 @@ std::vector<ShapePair> shape_pairs(const Contact& contact) {
 }
 
 std::vector<Vec3<double>> sphere_centers(const Shape& shape) {
-  const Vec3<double>& half = shape.half_size;
+  const Vec3<double> half = shape.half_size - Vec3<double>::Constant(shape.radius);  // of a box
   std::vector<Vec3<double>> centers;
   switch (shape.kind) {
     case ShapeKind::points:
@@ -59,6 +59,7 @@ double sphere_radius(const Shape& shape) {
   switch (shape.kind) {
     case ShapeKind::sphere:
     case ShapeKind::capsule:
+    case ShapeKind::box:
       return shape.radius;
     case ShapeKind::disk:
       return shape.tube;

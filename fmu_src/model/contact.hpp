@@ -30,7 +30,7 @@ struct Shape {
   int link = -1;  // -1: ground
   Pose frame;
   std::vector<Vec3<double>> points;               // in `frame`
-  double radius = 0;                              // m; of a disk: outer radius
+  double radius = 0;                              // m; of a disk: outer radius; of a box: of its corners
   double half_length = 0;                         // m, of the axis of a capsule
   double tube = 0;                                // m, radius of the rim of a disk
   Vec3<double> half_size = Vec3<double>::Zero();  // m, of a box
@@ -78,8 +78,9 @@ struct ShapePair {
 // The pairs of a contact; empty if these shapes cannot be combined.
 std::vector<ShapePair> shape_pairs(const Contact& contact);
 
-// Centers of the spheres of a shape, in `frame`, and their common radius in m. The corners of a box and the
-// points of `points` have radius 0. A disk has one sphere: its center, with the radius of its rim.
+// Centers of the spheres of a shape, in `frame`, and their common radius in m. The spheres of a box touch its
+// faces at the corners. The points of `points` have radius 0. A disk has one sphere: its center, with the
+// radius of its rim.
 std::vector<Vec3<double>> sphere_centers(const Shape& shape);
 double sphere_radius(const Shape& shape);
 

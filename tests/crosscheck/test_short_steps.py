@@ -65,7 +65,7 @@ def growth_of_error(text: str, folder: Path) -> float:
     def run(method: str, rtol: float, step: float) -> np.ndarray:
         task = task_for(fmu, 1.0, step, 0.01, Inputs(), False, positions)
         start = {"solver.method": method, "solver.rtol": rtol, "solver.atol": rtol / 100}
-        outcome = drive(fmu, replace(task, budget=30, start=start))
+        outcome = drive(fmu, replace(task, budget=120, start=start))
         if method == "adams" and outcome.status != "ok":
             return np.full((1, 1), np.nan)
         if outcome.status == "error" and "internal steps of" in outcome.log[0]:

@@ -538,6 +538,25 @@ def test_a_deep_start_is_warned(slave):
         assert any("contact 'floor' starts 0.3 m deep, with a force of 29995 N" in text for _, _, text in messages)
 
 
+@pytest.mark.parametrize(
+    ("x", "z", "size", "warned"),
+    [
+        (0, 0.3, "[0.2, 0.2, 0.1]", True),  # dropped flush
+        (0, 0.1, "[0.2, 0.2, 0.1]", True),  # stacked flush
+        (0, 0.1, "[0.2, 0.1, 0.1]", True),  # flush on two sides
+        (0, 0.1, "[0.1, 0.1, 0.1]", False),
+        (0.00019, 0.1, "[0.2, 0.19, 0.1]", True),
+        (0.0003, 0.1, "[0.2, 0.19, 0.1]", False),
+        (0.01, 0.1, "[0.2, 0.19, 0.1]", False),
+        (0.5, 0.1, "[0.2, 0.21, 0.1]", False),  # beside it
+    ],
+)
+def test_corners_that_meet_an_edge_are_warned(slave, x, z, size, warned):
+    shape = f'shape_a = "box"\nsize_a = {size}\nshape_b = "box"\nsize_b = [0.2, 0.2, 0.1]'
+    one = slave(body(shape=shape, q=[x, 0, z, 1, 0, 0, 0]))
+    assert any("a corner meets an edge of a box within 0.0001981 m" in text for _, _, text in one.messages) is warned
+
+
 def test_an_unknown_link_is_one_error(tmp_path):
     said = refused(tmp_path, body().replace('link_a = "body"', 'link_a = "bdy"'))
     assert "did you mean 'body'" in said

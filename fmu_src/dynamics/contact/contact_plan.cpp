@@ -43,8 +43,6 @@ ContactPair<double> contact_pair(const Shape& points, const Pose& points_in_body
     pair.extent = std::max(pair.extent, (sphere - pair.middle).norm());
   pair.extent += pair.radius + pair.ring;
   pair.surface = surface_plan(surface, surface_in_body * surface.frame);
-  if (points.kind == ShapeKind::box && surface.kind == ShapeKind::box)
-    pair.surface.ledge = 1e-3 * surface.half_size.minCoeff();
   return pair;
 }
 

@@ -20,7 +20,6 @@ struct Surface {
   const BicubicSpline* heights = nullptr;
   Vec3<Scalar> bound;  // finite surface: half the edges of a bounding box in its axes
   Scalar level = 0;    // other surfaces: maximum height along the normal from the body's origin
-  double ledge = 0;    // of a box under another box, m: docs/contact.md
 
   bool is_finite() const { return kind != ShapeKind::plane && kind != ShapeKind::heightmap; }
 };
@@ -110,8 +109,7 @@ ContactPair<To> with_constants_of(const ContactPair<double>& from) {
                 from.surface.half_length,
                 from.surface.heights,
                 from.surface.bound.cast<To>(),
-                from.surface.level,
-                from.surface.ledge};
+                from.surface.level};
   return to;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "dynamics/contact/contact_plan.hpp"
 
 // Depth of points below the surfaces of contacts; everything in the frame of the surface.
@@ -7,8 +9,8 @@
 namespace redysim {
 
 // Depth, m (negative: distance), outward unit normal and gradient of the depth. The gradient is -normal,
-// except on height maps, where the depth (z - p_z) n_z is not a distance, and on ledges of boxes. `region`:
-// number of the face of a box and its ledge on which a point inside presses, otherwise 0.
+// except on height maps, where the depth (z - p_z) n_z is not a distance. `region`: number of the face of a
+// box that is nearest to a point inside of it, otherwise 0.
 template <class Scalar>
 struct SurfaceDepth {
   Scalar depth;
@@ -50,53 +52,32 @@ void pass_crests(const Surface<Scalar>& surface, const Vec3<Scalar>& p, SurfaceD
   to = {from_highest, up, -up};
 }
 
-// A face of a box, with the normal `side` (1 or -1) times an axis; axis -1: none.
-struct BoxFace {
-  int axis = -1, side = 1;
-};
-
-// Outside a box, relative to its nearest point; inside, to the face `pressed` or, if there is none, to the
-// nearest one. With `pressed`: corners on an edge must be supported like those inside, so the box is wider by
-// a ledge, over which the depth decreases to zero.
+// Outside a box, relative to its nearest point; inside, to its nearest face.
 template <class Scalar>
-[[gnu::cold]] SurfaceDepth<Scalar> depth_in_box(const Surface<Scalar>& box, const Vec3<Scalar>& p,
-                                                BoxFace pressed) {
-  const double ledge = pressed.axis < 0 ? 0 : box.ledge;
-  SurfaceDepth<Scalar> out;
-  Vec3<Scalar> below;  // each face
+SurfaceDepth<Scalar> depth_in_box(const Vec3<Scalar>& half_size, const Vec3<Scalar>& p) {
+  Vec3<Scalar> outside = Vec3<Scalar>::Zero(), normal = Vec3<Scalar>::Zero();
+  Scalar least = Scalar(std::numeric_limits<double>::max());
   bool inside = true;
-  int sides[3], face = 0, edge = 0;
+  int face = 0;
   for (int k = 0; k < 3; ++k) {
-    const bool is_pressed = k == pressed.axis;
-    sides[k] = is_pressed ? pressed.side : p[k] < Scalar(0) ? -1 : 1;
-    below[k] = box.half_size[k] - sides[k] * p[k];
-    if (!is_pressed) below[k] += ledge;
-    out.normal[k] = Scalar(0);
-    if (below[k] < Scalar(0)) {
+    const Scalar side = p[k] < Scalar(0) ? Scalar(-1) : Scalar(1), depth = half_size[k] - side * p[k];
+    if (depth < Scalar(0)) {
       inside = false;
-      out.normal[k] = -sides[k] * below[k];
+      outside[k] = -side * depth;
     }
-    if (is_pressed || (face != pressed.axis && below[k] < below[face])) face = k;
-    if (edge == pressed.axis || (!is_pressed && below[k] < below[edge])) edge = k;
+    if (depth < least) {
+      least = depth;
+      face = k;
+    }
   }
-  if (!inside) return depth_below(Scalar(0), out.normal);
-  out.depth = below[face];
-  out.normal[face] = Scalar(sides[face]);
-  out.gradient = -out.normal;
-  out.region = 2 + 3 * face + sides[face];  // 1 to 9
-  if (!(below[edge] < Scalar(ledge))) return out;
-  out.region += 9;
-  const Scalar share = below[edge] / ledge;
-  out.gradient *= share;
-  out.gradient[edge] = Scalar(-sides[edge]) * out.depth / ledge;
-  out.depth *= share;
-  return out;
+  if (!inside) return depth_below(Scalar(0), outside);
+  const int side = p[face] < Scalar(0) ? -1 : 1;
+  normal[face] = Scalar(side);
+  return {least, normal, -normal, 2 + 3 * face + side};
 }
 
-// `pressed`: of a box.
 template <class Scalar>
-SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Scalar>& p,
-                                   BoxFace pressed = {}) {
+SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Scalar>& p) {
   switch (surface.kind) {
     case ShapeKind::heightmap:
       return depth_in_heights(*surface.heights, p);
@@ -106,7 +87,7 @@ SurfaceDepth<Scalar> surface_depth(const Surface<Scalar>& surface, const Vec3<Sc
       return depth_below(surface.radius, Vec3<Scalar>(p.x(), p.y(), p.z() - along));
     }
     case ShapeKind::box:
-      return depth_in_box(surface, p, pressed);
+      return depth_in_box(surface.half_size, p);
     case ShapeKind::sphere:
       return depth_below(surface.radius, p);
     default: {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <limits>
-
 #include "dynamics/contact/surface_depth.hpp"
 #include "dynamics/ground_motion.hpp"
 
@@ -81,37 +78,13 @@ template <class Scalar>
   velocity -= (pair.ring / size) * Vec3<Scalar>(up_rate - direction * direction.dot(up_rate));
 }
 
-// The face of a box through which another box presses: that of least overlap along its normal (separating
-// axes: Gottschalk, Lin and Manocha 1996). None if the overlap is not small compared with the box.
-template <class Scalar>
-[[gnu::cold]] BoxFace pressed_face(const ContactPair<Scalar>& pair, const RelativeMotion<Scalar>& motion) {
-  constexpr double small = 0.5;  // relative to half the thickness
-  BoxFace face;
-  double least = std::numeric_limits<double>::infinity(), half = 0;
-  for (int k = 0; k < 3; ++k)
-    for (const int side : {-1, 1}) {
-      double overlap = 0;
-      for (const Vec3<Scalar>& corner : pair.spheres) {
-        double height = value_of(motion.position[k]);
-        for (int j = 0; j < 3; ++j) height += value_of(motion.rotation(k, j)) * value_of(corner[j]);
-        overlap = std::max(overlap, value_of(pair.surface.half_size[k]) - side * height);
-      }
-      if (!(overlap < least)) continue;
-      least = overlap;
-      half = value_of(pair.surface.half_size[k]);
-      face = {k, side};
-    }
-  return least < small * half ? face : BoxFace{};
-}
-
-// `pressed`: a face of a box. Not inlined, for size: called for a few points only.
+// Not inlined, for size: called for a few points only.
 template <class Scalar>
 [[gnu::noinline]] Touch<Scalar> touch_of(const ContactPair<Scalar>& pair,
-                                         const RelativeMotion<Scalar>& motion, BoxFace pressed,
-                                         const Vec3<Scalar>& sphere) {
+                                         const RelativeMotion<Scalar>& motion, const Vec3<Scalar>& sphere) {
   Vec3<Scalar> center = motion.point(sphere), center_velocity = motion.velocity_at(center);
   if (pair.is_disk) move_to_rim(pair, motion, center, center_velocity);
-  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center, pressed);
+  SurfaceDepth<Scalar> surface = surface_depth(pair.surface, center);
   pass_crests(pair.surface, center, surface);
   Touch<Scalar> touch;
   touch.depth = surface.depth + pair.radius;
@@ -133,8 +106,7 @@ template <class Scalar, class Visit>
 void visit_touches(const ContactPair<Scalar>& pair, const Workspace<Scalar>& ws, Visit visit) {
   const RelativeMotion<Scalar> motion = relative_motion(pair.surface, ground_state(ws, pair.sphere_entry),
                                                         ground_state(ws, pair.surface_entry));
-  const BoxFace pressed = pair.surface.ledge > 0 ? pressed_face(pair, motion) : BoxFace{};
-  for (const Vec3<Scalar>& sphere : pair.spheres) visit(touch_of(pair, motion, pressed, sphere), motion);
+  for (const Vec3<Scalar>& sphere : pair.spheres) visit(touch_of(pair, motion, sphere), motion);
 }
 
 }  // namespace redysim

@@ -173,7 +173,7 @@ double ContactSearch::find_waiting_points(double h, bool or_separation) {
     for (std::size_t k = near.first_point; k < near.first_point + near.pair->spheres.size(); ++k) {
       const ContactDistance& at = before_[k];
       if (at.value > 0) {
-        if (!bounded || !(at.value > near.moved + near.pair->surface.ledge)) waiting_.push_back(k);
+        if (!bounded || !(at.value > near.moved)) waiting_.push_back(k);
       } else if (at.rate < 0) {
         const double deepest = deepening * std::max(-at.value, pressed_[k] / slightly);
         longest = std::min(longest, deepest / -at.rate);

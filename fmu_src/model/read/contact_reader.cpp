@@ -140,8 +140,9 @@ class ShapeReader {
   void read_box(Shape& shape) {
     required(key("size"));
     shape.half_size = 0.5 * section_.vector(key("size"), Vec3<double>::Ones());
-    if (!(shape.half_size.minCoeff() > 0))
-      section_.error(key("size"), key("size") + " must be three lengths > 0");
+    shape.radius = section_.number(key("radius"), 0, Bound::not_negative);
+    if (!(shape.half_size.minCoeff() > shape.radius))
+      section_.error(key("size"), key("size") + " must be three lengths > 0 and > 2 " + key("radius"));
     shape.frame.rotation = section_.rotation(key("rpy"), degrees_);
   }
 

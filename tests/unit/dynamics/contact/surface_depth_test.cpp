@@ -32,19 +32,6 @@ TEST(SurfaceDepth, of_a_box_counts_to_the_nearest_face_edge_or_corner) {
   expect_depth(ShapeKind::box, {-0.7, 0.4, -0.4}, -0.3, Vec3<double>(-2, 1, -2) / 3);
 }
 
-TEST(SurfaceDepth, of_a_pressed_face_decreases_to_zero_over_the_ledge_beside_it) {
-  Surface<double> box = surface<double>(ShapeKind::box);
-  box.ledge = 0.01;
-  const auto depth = [&](const Vec3<double>& p) { return surface_depth(box, p, BoxFace{2, 1}).depth; };
-  EXPECT_NEAR(depth({0.499, 0, 0.15}), 0.05, 1e-15) << "although the face beside it is nearer";
-  EXPECT_NEAR(depth({0.5, -0.3, 0.15}), 0.05, 1e-14);
-  EXPECT_NEAR(depth({0.505, 0, 0.15}), 0.025, 1e-14);
-  EXPECT_NEAR(depth({0.505, -0.3075, 0.15}), 0.0125, 1e-14);
-  EXPECT_NEAR(depth({0.52, 0, 0.15}), -0.01, 1e-15);
-  EXPECT_NEAR(depth({0.505, 0, 0.25}), -0.05, 1e-15);
-  EXPECT_NEAR(surface_depth(box, Vec3<double>(0.499, 0, 0.15)).depth, 0.001, 1e-15);
-}
-
 TEST(SurfaceDepth, of_round_shapes_counts_to_their_center_or_axis) {
   expect_depth(ShapeKind::sphere, {0, 0.3, 0.4}, -0.1, {0, 0.6, 0.8});
   expect_depth(ShapeKind::capsule, {0.3, 0, 0.6}, 0.1, {1, 0, 0});
@@ -62,12 +49,9 @@ TEST_P(Depth, its_gradient_is_its_derivative) {
        {ShapeKind::plane, ShapeKind::sphere, ShapeKind::capsule, ShapeKind::box, ShapeKind::heightmap}) {
     Surface<Dual> at = surface<Dual>(kind);
     at.heights = &terrain;
-    at.ledge = 0.3;
     const Vec3<double> p = Vec3<double>(0.6, 0.6, 0.6) + random.vector(0.5), along = random.direction();
     const Vec3<Dual> moved(Dual(p.x(), along.x()), Dual(p.y(), along.y()), Dual(p.z(), along.z()));
-    // every other time a box on whose upper face another one presses
-    const BoxFace pressed = GetParam() % 2 == 0 ? BoxFace{} : BoxFace{2, 1};
-    const SurfaceDepth<Dual> found = surface_depth(at, moved, pressed);
+    const SurfaceDepth<Dual> found = surface_depth(at, moved);
     double slope = 0, length = 0;
     for (int k = 0; k < 3; ++k) {
       slope += found.gradient[k].value * along[k];
