@@ -227,8 +227,8 @@ TEST(model_error, a_field_of_another_type_is_not_called_unknown) {
             (Lines{"7: link 'a': damping does not apply to this type of joint",
                    "8: link 'a': unknown field 'damp'"}));
   const std::string contact = arm + "[[contact]]\nname = 'c'\nlink_a = 'a'\n";
-  EXPECT_EQ(errors(contact + "shape_a = 'box'\nsize_a = [1, 1, 1]\nradius_a = 1\nmu = 1\nstiffness = 1\n"),
-            (Lines{"11: contact 'c': radius_a does not apply to this type of contact",
+  EXPECT_EQ(errors(contact + "shape_a = 'box'\nsize_a = [1, 1, 1]\ntube_a = 1\nmu = 1\nstiffness = 1\n"),
+            (Lines{"11: contact 'c': tube_a does not apply to this type of contact",
                    "12: contact 'c': mu does not apply to this type of contact"}));
   EXPECT_EQ(errors(arm + "duration = 1\n"), (Lines{"6: link 'a': unknown field 'duration'"}));
 }
