@@ -51,10 +51,9 @@ class Side:
         if self.kind == "capsule":
             return [(self.place(key), self.size("radius")) for key in ("point", "point2")]
         if self.kind == "box":
-            R, half = self.axes(), self.half()
-            return [
-                (self.place("point") + R @ (half * self.n.array(signs)), self.n.one(0)) for signs in itertools.product((-1, 1), repeat=3)
-            ]
+            R, radius = self.axes(), self.size("radius")
+            inner = self.half() - radius
+            return [(self.place("point") + R @ (inner * self.n.array(signs)), radius) for signs in itertools.product((-1, 1), repeat=3)]
         axis, normal = self.direction("axis"), other.direction("normal")
         up = normal - axis * (normal * axis).sum()
         return [(self.place("point") - up / self.n.norm(up) * (self.size("radius") - self.size("tube")), self.size("tube"))]

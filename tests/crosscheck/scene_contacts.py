@@ -26,6 +26,8 @@ def shape(m: Maker, kind: str, link: str, size: float) -> dict:
     elif kind == "box":
         fields["size"] = [m.between(0.3, 1) * size for _ in range(3)]
         fields["rpy"] = [m.angle(m.between(-3, 3)) for _ in range(3)]
+        if m.pick([True, False]):
+            fields["radius"] = m.between(0.02, 0.4) * min(fields["size"])
     elif kind != "plane":
         fields["radius"] = m.between(0.2, 0.5) * size
     if kind == "capsule":
