@@ -174,13 +174,13 @@ def test_tested_libraries_that_are_not_older_are_packed_by_default(compiled, mon
         if platform != "linux64":
             folder = tmp_path / "build" / platform / "fmu_src" / "fmi"
             folder.mkdir(parents=True)
-            (folder / name).touch()
+            (folder / name).write_bytes(b"library")
     assert native.platforms() == ["linux64", "win64", "aarch64-linux"]
     os.utime(tmp_path / "build" / "win64" / "fmu_src" / "fmi" / "libredysim_fmu.dll", (1, 1))
     assert native.platforms() == ["linux64", "aarch64-linux"]
     installed = tmp_path / "build_fmu" / "native" / "win64" / "libredysim_fmu.dll"
     installed.parent.mkdir(parents=True)
-    installed.touch()
+    installed.write_bytes(b"library")
     os.utime(installed, (1, 1))
     assert native.platforms() == ["linux64", "win64", "aarch64-linux"], "those of a wheel belong together"
 
