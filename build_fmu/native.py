@@ -101,7 +101,7 @@ def _of_system(system: str, name: str, room: str = "fmi") -> list[Path]:
     return [PACKAGE / "native" / system / name, SOURCE_TREE / "build" / system / "fmu_src" / room / name]
 
 
-def is_filled(path: Path) -> bool:
+def _is_filled(path: Path) -> bool:
     """Returns whether the file exists and is not empty: an interrupted build leaves empty files."""
     return path.is_file() and path.stat().st_size > 0
 
@@ -109,11 +109,11 @@ def is_filled(path: Path) -> bool:
 def _find(variable: str, name: str, places: Sequence[Path] = (), how: str = "make build") -> Path:
     given = os.environ.get(variable)
     if given:
-        if is_filled(Path(given)):
+        if _is_filled(Path(given)):
             return Path(given)
         raise UserError(f"{variable}: file '{given}' does not exist or is empty")
     for path in places or (PACKAGE / "native" / name, BUILT / ROOMS[name] / name):
-        if is_filled(path):
+        if _is_filled(path):
             return path
     if not (SOURCE_TREE / "CMakeLists.txt").is_file():
         raise UserError(f"this package does not contain '{name}': build it with `{how}` in the source tree and set {variable} to its path")
