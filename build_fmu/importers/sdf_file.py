@@ -140,11 +140,9 @@ class Sdf(Urdf):
 
     def _unknown(self, what: str, name: str) -> str:
         """Returns the reason why a name is not found."""
-        if "::" in name:
-            return f"{what} '{name}': included and nested models are not supported; copy their links and joints into the model"
         unknown = f"unknown {what} '{name}'"
-        if self.model.find("include") is not None:
-            return f"{unknown}; included models are not supported: copy their links and joints into the model"
+        if "::" in name or self.model.find("include") is not None:
+            return f"{unknown}: included and nested models are not supported; copy their links and joints into the model"
         return f"{unknown}{did_you_mean(name, self.places)}"
 
     def link_of(self, name: str, by: etree._Element, seen: tuple[str, ...] = ()) -> str:

@@ -564,7 +564,11 @@ def test_an_unknown_link_is_one_error(tmp_path):
 
 
 def test_a_ball_larger_than_a_crest_meets_it_without_a_jump(built):
-    """A step of 1 m within 0.5 m. Above the top its distance is that from the top, or from the upper bound that the control points give."""
+    """A step of 1 m within 0.5 m. Above the top its distance is that from the bound that the map's Bézier control points give.
+
+    The spline through 0, 0, 1, 1 without slope at its ends has the B-spline coefficients 0.2, -0.4, 1.4, 0.8. The greatest control
+    point of its Bézier segments is (2 * 1.4 + 0.8) / 3.
+    """
     model = """name = "step"
 link = [{name = "ball", joint = "free", drive = "free", mass = 1, inertia = [0.4, 0.4, 0.4], q = [0.75, 0.75, 2.3, 0, 0, 0]}]
 [[contact]]
@@ -583,8 +587,7 @@ rtol = 1e-9
     names = ["c.depth", "c.force[1]", "c.force[3]", "ball[1].q", "ball[3].q", "energy.balance"]
     with Slave(built(model, step="0,0,1,1\n" * 4)) as slave:
         slave.initialize()
-        top = slave.get("ball[3].q") - 1 + slave.get("c.depth")  # an upper bound of the map
-        assert 1 <= top < 1.21
+        top = 1.2
         for k in range(60):
             assert slave.step(0.01 * k, 0.01) == OK, slave.errors
             depth, sideways, upwards, x, z, balance = slave.reals(names)

@@ -323,7 +323,7 @@ def test_a_joint_that_closes_a_loop_leads_no_mimic(tmp_path):
         (
             "<parent>world</parent><child>left",
             "<parent>robot::base</parent><child>left",
-            "robot.sdf:5: joint 'a': link 'robot::base': included and nested models are not supported; copy their links",
+            "robot.sdf:5: joint 'a': unknown link 'robot::base': included and nested models are not supported; copy their links",
         ),
         ("<pose>1 0 0 0 1.5", '<pose relative_to="robot::b">1 0 0 0 1.5', "frame 'robot::b': included and nested models are not supported"),
         ("<pose>1 0 0 0 1.5", '<pose relative_to="b">1 0 0 0 1.5', "cyclic references of poses: right, b, right"),
@@ -346,7 +346,7 @@ def test_an_unknown_name_in_a_model_with_includes_names_the_cause(tmp_path):
         "<child>coupler", "<child>box"
     )
     with pytest.raises(
-        UserError, match="unknown link 'box'; included models are not supported: copy their links and joints into the model"
+        UserError, match="unknown link 'box': included and nested models are not supported; copy their links and joints into the model"
     ):
         imported(tmp_path, text)
 

@@ -11,7 +11,12 @@
 
 namespace redysim::test {
 inline std::atomic<long> allocations{0};
-}
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
+inline constexpr bool counts_allocations = true;
+#else
+inline constexpr bool counts_allocations = false;
+#endif
+}  // namespace redysim::test
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
 extern "C" {

@@ -17,10 +17,10 @@ class Restored : public testing::TestWithParam<SolverMethod> {};
 INSTANTIATE_TEST_SUITE_P(Methods, Restored, test::every_method(), test::method_name);
 
 // Torques that hold still for ten steps, then change: in the middle of smooth runs and at their ends.
-bool drive(Rig& rig, int k) {
+bool drive(Rig& rig, int k, double step = 0.005) {
   const bool changed = k % 10 == 1;
   for (int i = 0; i < rig.plan.nv; ++i) rig.system.tau(i) = 0.01 * ((k - 1) / 10 % 3) - 0.004 * i;
-  return rig.integrator->advance(k * 0.005, changed).ok;
+  return rig.integrator->advance(k * step, changed).ok;
 }
 
 struct Recorded {
@@ -64,20 +64,22 @@ TEST_P(Restored, goes_on_in_a_fresh_integrator_as_if_never_interrupted) {
   }
 }
 
-TEST_P(Restored, goes_on_with_closed_loops_too) {
-  Rig whole("four_bar", solver(GetParam()));
-  std::vector<std::vector<unsigned char>> saved(41);
-  std::vector<Recorded> recorded(41);
-  for (int k = 1; k <= 40; ++k) {
-    ASSERT_TRUE(drive(whole, k));
-    whole.integrator->save(saved[k]);
-    recorded[k] = record(whole);
-  }
-  for (int from = 1; from < 40; from += 2) {
-    Rig other("four_bar", solver(GetParam()));
-    ASSERT_TRUE(other.integrator->restore(saved[from].data(), saved[from].size()));
-    for (int k = from + 1; k <= 40; ++k) ASSERT_TRUE(drive(other, k));
-    expect_equal(record(other), recorded[40], from);
+TEST_P(Restored, goes_on_with_loops_friction_stops_and_contacts) {
+  constexpr double step = 0.02;
+  for (const char* model : {"four_bar", "stick_slip", "pendulum_stops", "bouncing_ball"}) {
+    SCOPED_TRACE(model);
+    Rig whole(model, solver(GetParam()));
+    std::vector<std::vector<unsigned char>> saved(41);
+    for (int k = 1; k <= 40; ++k) {
+      ASSERT_TRUE(drive(whole, k, step));
+      whole.integrator->save(saved[k]);
+    }
+    for (int from = 1; from < 40; from += 2) {
+      Rig other(model, solver(GetParam()));
+      ASSERT_TRUE(other.integrator->restore(saved[from].data(), saved[from].size()));
+      for (int k = from + 1; k <= 40; ++k) ASSERT_TRUE(drive(other, k, step));
+      expect_equal(record(other), record(whole), from);
+    }
   }
 }
 
