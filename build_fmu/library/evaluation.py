@@ -36,6 +36,7 @@ class Evaluation(Session):
         self.inputs = [n for n in self.names("input") if self.variables[n].type == "Real"]
         self.size = len(self.states)
         self.names_of_states = self.states
+        self.start = np.empty(self.size)
         self.next_event = np.inf  # s: point of a trajectory after t = 0
 
     def begin(self, values: dict[str, float]) -> None:
@@ -45,6 +46,7 @@ class Evaluation(Session):
         self.next_event = time if has_next else np.inf
         self._guarded("in the first event", self.instance.enterContinuousTimeMode)
         self.names_of_states = [self.name_of(n) for n in self.states]
+        self.start = self.given_states()
 
     def name_of(self, variable: str) -> str:
         """Returns `elbow.q` for an independent coordinate that is the position of this joint, else the name itself."""

@@ -61,7 +61,6 @@ class Model:
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
-        self._start: np.ndarray | None = None
         if self._tunable:
             self._check_tunable()
 
@@ -182,8 +181,7 @@ class Model:
 
     def start(self) -> np.ndarray:
         """Returns the start state x (n)."""
-        self._equations()
-        return self._start.copy()
+        return self._equations().start.copy()
 
     def start_inputs(self) -> np.ndarray:
         """Returns the start values of the inputs u (k): zero, for prescribed joints their start position and velocity."""
@@ -375,7 +373,7 @@ class Model:
     def modes(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> Modes:
         """Returns the undamped modes of small motions about a state at rest."""
         x, u = self._point(x, u)
-        return modes_at(self._continuous(), x, u)
+        return modes_at(self._continuous(), self._evaluation("energy", ("energy",)), x, u)
 
     # instances
 
@@ -408,16 +406,19 @@ class Model:
 
     def _equations(self) -> Evaluation:
         """Returns the instance that evaluates the equations, with the current parameters."""
-        session, used = self._opened.get("equations", (None, None))
+        return self._evaluation("equations", TERMS)
+
+    def _evaluation(self, name: str, outputs: tuple[str, ...]) -> Evaluation:
+        """Returns an instance with these outputs and the current parameters."""
+        session, used = self._opened.get(name, (None, None))
         if session is None:
-            session = Evaluation(self._fmu(Variant(TERMS, self._tunable, "given"))).__enter__()
+            session = Evaluation(self._fmu(Variant(outputs, self._tunable, "given"))).__enter__()
         if used != self.parameters:
-            self._opened["equations"] = (session, None)  # refused parameters leave it without a state
-            for name in self.parameters:
-                session.find(name, "parameter", session.names("parameter"))
+            self._opened[name] = (session, None)  # refused parameters leave it without a state
+            for parameter in self.parameters:
+                session.find(parameter, "parameter", session.names("parameter"))
             session.begin(self.parameters)
-            self._start = session.given_states()
-            self._opened["equations"] = (session, dict(self.parameters))
+            self._opened[name] = (session, dict(self.parameters))
         return session
 
     def _continuous(self) -> Evaluation:
