@@ -222,9 +222,8 @@ class Model:
             variant = Variant(("regressor",), tunable, "given", True, ("trajectory", "controller"))
             return self._open(f"regressor with {' '.join(tunable)}", variant)
 
-        known = [*self._tunable, *(v.name for v in self.description.variables if v.variability == "tunable")]
-        used = {n: v for n, v in self.parameters.items() if n in known and not n.endswith((".kp", ".kd", ".target"))}
-        return plant_of(self.file, inverse, used)
+        tunable = [*self._tunable, *(v.name for v in self.description.variables if v.variability == "tunable")]
+        return plant_of(self.file, inverse, self.parameters, tunable)
 
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
         """Returns M (t x t) of the tree, in the order of `velocities`."""

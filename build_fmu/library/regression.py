@@ -19,10 +19,12 @@ MOVING = re.compile(r"(.*?)(\[\d\])?\.(qd|omega\[1\])")
 EXTRA = ("friction_velocity", "static_friction")
 
 
-def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float]) -> Plant:
+def plant_of(
+    file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float | str], tunable: Iterable[str]
+) -> Plant:
     """Returns the model with prescribed motion; raises UserError for loops and for joints without drive.
 
-    `open_inverse(tunable)` opens its inverse FMU; `parameters` are values of tunable parameters.
+    `open_inverse(tunable)` opens its inverse FMU; `parameters` are start values, some of them of `tunable` parameters.
     """
     document = tomlkit.parse(file.read_text(encoding="utf-8-sig")).unwrap()
     session = open_inverse(())
@@ -39,7 +41,10 @@ def plant_of(file: Path, open_inverse: Callable[[tuple[str, ...]], Session], par
             rows.setdefault(found[1], {})[JOINT.search(variable.description)[1]] = int(found[2])
     numbers = [f"{link}.{what}" for link in rows for what in ("mass", *_indexed("com", 3), *_indexed("inertia", 6))]
     numbers += [f"{joint}.{what}" for joint in joints for what in (*LOSSES, *EXTRA, *_limits(document, joint))]
-    session = open_inverse(tuple(dict.fromkeys([*numbers, *parameters])))
+    # the tables of controllers are omitted
+    given = [name for name in parameters if name in tunable and not name.endswith((".kp", ".kd", ".target"))]
+    session = open_inverse(tuple(dict.fromkeys([*numbers, *given])))
+    parameters = {name: value for name, value in parameters.items() if name in session.variables}
     values = {name: float(session.variables[name].start) for name in numbers} | {n: v for n, v in parameters.items() if n in numbers}
     speeds = {f"{t['joint']}.speed_limit": float(t["speed_limit"]) for t in document.get("actuator", []) if "speed_limit" in t}
     torques = torques_on(session, joints)

@@ -37,6 +37,31 @@ armature = 0.05
 """
 
 
+LOCKED = """
+name = "locked"
+gravity = [0, -9.81, 0]
+[[link]]
+name = "arm"
+mass = 1
+com = [1, 0, 0]
+[[link]]
+name = "tip"
+drive = "locked"
+a = 1
+mass = 1
+com = [1, 0, 0]
+"""
+
+
+def test_regressor_uses_the_start_positions_of_locked_joints(model):
+    """The tip points up: both masses are at 1 m."""
+    m = model(LOCKED)
+    m.parameters = {"tip.q0": np.pi / 2, "solver.method": "erk"}
+    torques, columns = m.plant().equations([[0]], [[0]], [[0]])
+    assert torques[0] == pytest.approx([2 * 9.81]) == m.inverse([0], [0], [0])
+    assert columns[0] @ m.plant().start() == pytest.approx(torques[0])
+
+
 UNITS = [1e-6, 1e-3, 1.0, 1e3]
 
 
