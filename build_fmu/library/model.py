@@ -36,6 +36,7 @@ from build_fmu.run.simulate import Result, Settings, simulate
 POSITION, VELOCITY = re.compile(r".*\.(q|quaternion\[\d\])"), re.compile(r".*\.(qd|omega\[\d\])")
 START = re.compile(r"(.*\.)(q|qd|quaternion|omega)(\[\d\])?$")
 START_OF_VELOCITY = re.compile(r"\.(qd|omega)0(\[\d\])?$")
+MATRIX, BIAS = re.compile(r"mass_matrix\[\d+,\d+\]"), re.compile(r"bias\[\d+\]")
 TERMS = ("acceleration", "mass_matrix", "bias")
 DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
 WHOLE = 1e-9  # of the stop time: rounding of a number of steps
@@ -229,7 +230,8 @@ class Model:
         """Returns M (t x t) of the tree, in the order of `velocities`."""
         equations = self._equations()
         equations.place(*self._point(self.state(q), None))
-        names = [n for n in equations.variables if n.startswith("mass_matrix[")]
+        # not of a joint with this name
+        names = [n for n in equations.variables if MATRIX.fullmatch(n)]
         order = self._tree_order()
         return np.array(equations.read(names)).reshape(len(order), -1)[np.ix_(order, order)]
 
@@ -237,7 +239,7 @@ class Model:
         """Returns Coriolis, centrifugal, gyroscopic and gravity forces (t) of the tree, in the order of `velocities`."""
         equations = self._equations()
         equations.place(*self._point(self.state(q, qd), None))
-        return np.array(equations.read([n for n in equations.variables if n.startswith("bias[")]))[self._tree_order()]
+        return np.array(equations.read([n for n in equations.variables if BIAS.fullmatch(n)]))[self._tree_order()]
 
     # identification
 

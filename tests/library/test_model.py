@@ -94,6 +94,15 @@ def test_terms_have_the_order_of_velocities(model, kinds):
     assert m.mass_matrix(q) @ m.forward(q, qd, u) + m.bias(q, qd) == pytest.approx(tau, abs=1e-11)
 
 
+def test_terms_are_not_those_of_joints_of_their_name(model):
+    text = '\nname = "m"\n[[link]]\nname = "{}"\njoint = "universal"\nmass = 1\ncom = [1, 0, 0.3]\ninertia = [1, 1, 1]\n'
+    terms = [
+        (m.mass_matrix([0.1, 0.2]).tolist(), m.bias([0.1, 0.2]).tolist())
+        for m in map(model, map(text.format, ("a", "mass_matrix", "bias")))
+    ]
+    assert terms[0] == terms[1] == terms[2]
+
+
 def test_terms_include_prescribed_and_locked_joints(model):
     """A mass on a locked rail below a ball joint, and one on a rail with prescribed motion: the ball's entries are the last ones."""
     body = "mass = {}\ninertia = [1, 1, 1]\n"
