@@ -208,8 +208,8 @@ class Model:
         return self._continuous().slope(*self._point(x, u))
 
     def forward(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> np.ndarray:
-        """Returns the accelerations; one row of each argument, or as many rows as q has. `tau` are all inputs."""
-        return _rows(self._forward, q, qd, np.zeros(len(self.inputs)) if tau is None else tau)
+        """Returns the accelerations; one row of each argument, or as many rows as q has. `tau` are all inputs, by default the start."""
+        return _rows(self._forward, q, qd, self.start_inputs() if tau is None else tau)
 
     def inverse(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> np.ndarray:
         """Returns the torques (N m, N) of the driven joints for their motion; one row of each argument, or as many rows as q has."""

@@ -199,6 +199,15 @@ def test_steps_with_prescribed_joints(model, text):
             assert column == pytest.approx((ends[0] - ends[1]) / 2e-4, abs=1e-6 * max(1, abs(exact).max()))
 
 
+def test_accelerations_without_inputs_are_those_of_the_start_inputs(model):
+    """A joint at 0.2 rad behind one that is held at 0.7 rad."""
+    links = '[[link]]\nname = "a"\ndrive = "motion"\nq = 0.7\n{0}[[link]]\nname = "b"\na = 1\nq = 0.2\n{0}'.format(
+        "mass = 1\ncom = [1, 0, 0]\n"
+    )
+    m = model(f'name = "m"\ngravity = [0, -9.81, 0]\n{links}')
+    assert m.forward([0.2], [0]) == pytest.approx([-9.81 * np.cos(0.9)]) == m.slope()[1:]
+
+
 def test_no_linear_model_in_a_singular_configuration(model):
     with pytest.raises(UserError, match="singular configuration of the closed loops"):
         model("parallelogram").linearise()
