@@ -25,7 +25,7 @@ from build_fmu.library.evaluation import INDEPENDENT, Evaluation
 from build_fmu.library.flow import step_derivative
 from build_fmu.library.modes import Modes, modes_at
 from build_fmu.library.regression import plant_of, torques_on
-from build_fmu.library.staging import Variant, sample_time_of, stage
+from build_fmu.library.staging import Variant, sample_time_of, source_of, stage
 from build_fmu.model.describe import describe
 from build_fmu.run.driver import Task, staged
 from build_fmu.run.prescribed import MOTION
@@ -54,9 +54,11 @@ class Model:
 
     def __init__(self, file: Path, tunable: Sequence[str] = ()) -> None:
         """Reads the file."""
-        self.file = file
-        self.description = describe(file)
-        self.sample_time = sample_time_of(file)
+        description = describe(file)
+        self._source = source_of(file, description)
+        self.file = self._source.path
+        self.description = replace(description, folder=self.file.parent)
+        self.sample_time = sample_time_of(self._source)
         self._parameters: dict[str, float | str] = {}
         self._tunable = _names("tunable", tunable or ())
         self._folder = tempfile.TemporaryDirectory()
@@ -104,7 +106,12 @@ class Model:
     def build(self, target: str | Path | None = None, **options) -> Path:
         """Writes the FMU, by default beside the current folder's other files, and returns its path; options of `build_fmu.build`."""
         path = Path(target) if target else Path(f"{self.file.stem}.fmu")
-        packager.build(self.description, self.file, path, **options)
+        with tempfile.TemporaryDirectory() as folder:
+            copy = self._source.write(Path(folder))
+            try:
+                packager.build(self.description, copy, path, **options)
+            except UserError as error:
+                raise UserError(str(error).replace(str(copy), str(self.file))) from None
         return path
 
     def simulate(
@@ -224,7 +231,7 @@ class Model:
             return self._open(f"regressor with {' '.join(tunable)}", variant)
 
         tunable = [*self._tunable, *(v.name for v in self.description.variables if v.variability == "tunable")]
-        return plant_of(self.file, inverse, self.parameters, tunable)
+        return plant_of(self._source.document, inverse, self.parameters, tunable)
 
     def mass_matrix(self, q: ArrayLike | None = None) -> np.ndarray:
         """Returns M (t x t) of the tree, in the order of `velocities`."""
@@ -402,7 +409,7 @@ class Model:
     def _fmu(self, variant: Variant) -> Path:
         if variant not in self._fmus:
             folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-            self._fmus[variant] = stage(self.file, self.description.resources, variant, folder)
+            self._fmus[variant] = stage(self._source, self.description.resources, variant, folder)
         return self._fmus[variant]
 
     def _equations(self) -> Evaluation:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
-import tomlkit
 
 from build_fmu.errors import UserError
 from build_fmu.identify.parameters import LOSSES, Plant
@@ -20,13 +18,13 @@ EXTRA = ("friction_velocity", "static_friction")
 
 
 def plant_of(
-    file: Path, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float | str], tunable: Iterable[str]
+    document: Mapping, open_inverse: Callable[[tuple[str, ...]], Session], parameters: Mapping[str, float | str], tunable: Iterable[str]
 ) -> Plant:
     """Returns the model with prescribed motion; raises UserError for loops and for joints without drive.
 
-    `open_inverse(tunable)` opens its inverse FMU; `parameters` are start values, some of them of `tunable` parameters.
+    `document` is the model file; `open_inverse(tunable)` opens its inverse FMU; `parameters` are start
+    values, some of them of `tunable` parameters.
     """
-    document = tomlkit.parse(file.read_text(encoding="utf-8-sig")).unwrap()
     session = open_inverse(())
     _supported(document)
     for name in session.names("output"):
@@ -43,7 +41,8 @@ def plant_of(
     numbers += [f"{joint}.{what}" for joint in joints for what in (*LOSSES, *EXTRA, *_limits(document, joint))]
     # the tables of controllers are omitted
     given = [name for name in parameters if name in tunable and not name.endswith((".kp", ".kd", ".target"))]
-    session = open_inverse(tuple(dict.fromkeys([*numbers, *given])))
+    changed = tuple(dict.fromkeys([*numbers, *given]))
+    session = open_inverse(changed)
     parameters = {name: value for name, value in parameters.items() if name in session.variables}
     values = {name: float(session.variables[name].start) for name in numbers} | {n: v for n, v in parameters.items() if n in numbers}
     speeds = {f"{t['joint']}.speed_limit": float(t["speed_limit"]) for t in document.get("actuator", []) if "speed_limit" in t}
@@ -52,6 +51,7 @@ def plant_of(
     names = [f"{joint}.{letter}" for letter in ("q", "qd", "qdd") for joint in joints]
 
     def evaluate(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        session = open_inverse(changed)  # again if the model was closed
         result = np.empty((len(q), len(torques) + len(matrix)))
         for row, motion in zip(result, np.hstack([q, qd, qdd]), strict=True):
             session.restart({**parameters, **dict(zip(names, motion, strict=True))})

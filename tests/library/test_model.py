@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,23 @@ def test_terms_have_the_order_of_velocities(model, kinds):
     force = dict(zip(m.inputs, u, strict=True))
     tau = [force[name.replace(".qd", ".tau").replace(".omega", ".tau")] for name in m.velocities]
     assert m.mass_matrix(q) @ m.forward(q, qd, u) + m.bias(q, qd) == pytest.approx(tau, abs=1e-11)
+
+
+def test_a_model_keeps_the_files_that_were_loaded(tmp_path, monkeypatch):
+    """Also a table of a trajectory, and after a change of the folder to which the path was relative."""
+    text = 'name = "m"\ngravity = [0, -9.81, 0]\n[[link]]\nname = "b"\nmass = {}\ncom = [1, 0, 0]\n'
+    text += '[controller]\nlaw = "pd"\nkp = 50\nkd = 5\n[[trajectory]]\njoint = "b"\ntype = "table"\nfile = "move.csv"\n'
+    monkeypatch.chdir(tmp_path)
+    Path("m.toml").write_text(text.format(2))
+    Path("move.csv").write_text("time,q\n0,0\n1,1\n")
+    with rds.load("m.toml") as m:
+        Path("m.toml").write_text(text.format(5))
+        Path("move.csv").unlink()
+        monkeypatch.chdir("/")
+        assert m.mass_matrix() == pytest.approx(2) and m.slope().size == 2
+        assert m.plant().equations([[0]], [[0]], [[1]])[0] == pytest.approx(2 + 2 * 9.81)
+        with zipfile.ZipFile(m.build(tmp_path / "m.fmu")) as archive:
+            assert "mass = 2" in archive.read("resources/model.toml").decode() and "resources/move.csv" in archive.namelist()
 
 
 def test_terms_are_not_those_of_joints_of_their_name(model):
