@@ -31,6 +31,8 @@ def step_derivative(equations: Evaluation, x: np.ndarray, u: np.ndarray, h: floa
     if equations.next_event < h:
         time = equations.next_event
         raise UserError(f"a trajectory changes at t = {time:g} s, inside the step of {h:g} s: use a shorter step")
+    if not len(x):
+        return np.empty((0, 0)), np.empty((0, len(u)))
     before, count = None, 1
     while count <= MOST_INTERVALS:
         now = _derivative(equations, x, u, h, count)

@@ -136,6 +136,14 @@ q = -0.5
 """
 
 
+def test_a_model_without_states_has_empty_matrices(run, tmp_path):
+    model = tmp_path / "moved.toml"
+    model.write_text(TILTED.replace('name = "s"', 'name = "s"\ndrive = "locked"'))
+    for options in ((), ("--step", "0.1")):
+        facts = json.loads(run("linearise", "--json", *options, model=model)[1])
+        assert (facts["A"], facts["B"]) == ([], [])
+
+
 def test_prescribed_joints_keep_their_start(run, tmp_path):
     model = tmp_path / "tilted.toml"
     model.write_text(TILTED)
