@@ -62,6 +62,14 @@ def test_regressor_uses_the_start_positions_of_locked_joints(model):
     assert columns[0] @ m.plant().start() == pytest.approx(torques[0])
 
 
+def test_a_plant_survives_its_model(model):
+    m = model(DOUBLE)
+    plant, row = m.plant(), [[0.1, 0.2]]
+    before = plant.equations(row, row, row)[0]
+    m.close()
+    assert (plant.equations(row, row, row)[0] == before).all()
+
+
 UNITS = [1e-6, 1e-3, 1.0, 1e3]
 
 
