@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from build_fmu.arguments import each
 from build_fmu.errors import UserError
 from build_fmu.identify.base import base_of
 from build_fmu.identify.parameters import Plant
@@ -43,8 +44,7 @@ class Limits:
 
 def limits_of(plant: Plant, low: ArrayLike, high: ArrayLike, speed: ArrayLike) -> Limits:
     """Returns checked limits; raises UserError."""
-    n = len(plant.joints)
-    limits = Limits(*(np.array(np.broadcast_to(np.asarray(x, dtype=float), n)) for x in (low, high, speed)))
+    limits = Limits(*(each(x, plant.joints, what) for x, what in ((low, "low"), (high, "high"), (speed, "speed"))))
     for joint, a, b, v in zip(plant.joints, limits.low, limits.high, limits.speed, strict=True):
         if not (np.isfinite(b - a) and b > a):
             raise UserError(f"the range of joint '{joint}' must be finite and increase, got {a:g} to {b:g}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from build_fmu.arguments import numbers
 from build_fmu.errors import UserError, unknown
 from build_fmu.run.simulate import matches
 
@@ -50,7 +51,7 @@ class Plant:
 
     def equations(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns the torques of the model file (rows x n), and W (rows x n x parameters): their derivatives by `pi`."""
-        q, qd, qdd = (np.atleast_2d(np.asarray(values, dtype=float)) for values in (q, qd, qdd))
+        q, qd, qdd = (np.atleast_2d(numbers(values, "q, qd and qdd")) for values in (q, qd, qdd))
         if not q.shape == qd.shape == qdd.shape == (len(q), len(self.joints)):
             raise UserError(f"q, qd and qdd must have the shape (rows, {len(self.joints)}), got {q.shape}, {qd.shape} and {qdd.shape}")
         torques, inertial = self.evaluate(q, qd, qdd)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from build_fmu.errors import UserError, listed
+from build_fmu.errors import UserError, listed, unknown
 from build_fmu.files import whole_file
 from build_fmu.identify.base import Base, Estimate, base_of, estimate
 from build_fmu.identify.consistent import Fit, Problem, fit, inner
@@ -66,11 +66,17 @@ class Identification:
         """Writes the model file `source` with the identified parameters; `origin` becomes the first comment."""
         chosen = [name for name, free in zip(self.plant.owners(), self.free, strict=True) if free]
         numbers = dict(zip(self.parameters, self.pi.tolist(), strict=True))
-        text = with_parameters(Path(source).read_text(encoding="utf-8-sig"), self.plant, numbers, chosen, origin)
+        try:
+            text = Path(source).read_text(encoding="utf-8-sig")
+        except OSError as error:
+            raise UserError(f"cannot read '{source}': {error.strerror}") from None
+        text = with_parameters(text, self.plant, numbers, chosen, origin)
         whole_file(Path(target), lambda temporary: temporary.write_text(text, encoding="utf-8", newline="\n"))
 
     def added(self, link: str) -> tuple[np.ndarray, np.ndarray]:
         """Returns the ten parameters that were added to a link, such as a payload, and their covariance."""
+        if link not in self.plant.links:
+            raise unknown("link", link, self.plant.links)
         first = self.parameters.index(f"{link}.{INERTIAL[0]}")
         part = slice(first, first + len(INERTIAL))
         return self.pi[part] - self.plant.start()[part], self.covariance[part, part]

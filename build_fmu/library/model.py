@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from build_fmu.errors import UserError, listed, unknown
+from build_fmu.arguments import by_rows, finite, mapping, measured, names_of, number, numbers, path_of, positive, vector, whole
+from build_fmu.errors import UserError, unknown
 from build_fmu.fmu import build as packager
 from build_fmu.identify.design import Trajectory, design, limits_of
 from build_fmu.identify.parameters import Plant
 from build_fmu.identify.run import Identification, Run, identify
-from build_fmu.library.arguments import finite, positive, whole
 from build_fmu.library.batch import Runs, parted, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import INDEPENDENT, Evaluation
 from build_fmu.library.flow import step_derivative
@@ -46,7 +46,7 @@ HELD = 1e-9  # of the largest acceleration that a holding force removes
 
 def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
     """Returns the model of a model file; raises UserError for a wrong file. `tunable` are further tunable parameters."""
-    return Model(Path(file), tunable)
+    return Model(path_of("the model file", file), tunable)
 
 
 class Model:
@@ -60,7 +60,7 @@ class Model:
         self.description = replace(description, folder=self.file.parent)
         self.sample_time = sample_time_of(self._source)
         self._parameters: dict[str, float | str] = {}
-        self._tunable = _names("tunable", tunable or ())
+        self._tunable = names_of("tunable", tunable)
         self._folder = tempfile.TemporaryDirectory()
         self._fmus: dict[Variant, Path] = {}
         self._opened: dict[str, tuple[Session, dict[str, float] | None]] = {}
@@ -72,7 +72,8 @@ class Model:
             self._fmu(Variant(tunable=self._tunable))
         except UserError as error:
             # the file of the user has other positions
-            raise UserError(re.sub(rf"^{re.escape(str(self.file))}:\d+:\d+: fmu: ", "", str(error), flags=re.MULTILINE)) from None
+            first = str(error).partition("\n")[0]
+            raise UserError(re.sub(rf"^{re.escape(str(self.file))}:\d+:\d+: fmu: ", "", first)) from None
 
     @property
     def parameters(self) -> dict[str, float | str]:
@@ -81,6 +82,7 @@ class Model:
 
     @parameters.setter
     def parameters(self, values: Mapping[str, float | str]) -> None:
+        values = mapping("parameters", values)
         known = [*(v.name for v in self.description.select("parameter")), *self._tunable]
         for name in values:
             # variants of the file may have more start values than the file
@@ -105,7 +107,7 @@ class Model:
 
     def build(self, target: str | Path | None = None, **options) -> Path:
         """Writes the FMU, by default beside the current folder's other files, and returns its path; options of `build_fmu.build`."""
-        path = Path(target) if target else Path(f"{self.file.stem}.fmu")
+        path = path_of("the target", target) if target else Path(f"{self.file.stem}.fmu")
         with tempfile.TemporaryDirectory() as folder:
             copy = self._source.write(Path(folder))
             try:
@@ -123,10 +125,12 @@ class Model:
         start: Mapping[str, float | str] | None = None,
     ) -> Result:
         """Simulates; an input is a number, an expression of t, or times (s) and values that are interpolated linearly."""
+        inputs, starts, chosen = mapping("inputs", inputs), self.parameters | mapping("start", start), names_of("outputs", outputs)
+        stop, step = (None if t is None else positive(what, t) for what, t in (("the stop time", stop), ("the step size", step)))
         with tempfile.TemporaryDirectory() as folder, Session(self._fmu(Variant(tunable=self._tunable))) as session:
-            given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate((inputs or {}).items())]
-            values = [_argument("parameter", name, value) for name, value in {**self.parameters, **(start or {})}.items()]
-            return simulate(session, Settings(stop, step, None, values, given, _names("outputs", outputs), "all"))
+            given = [_input(name, value, Path(folder) / f"{i}.csv") for i, (name, value) in enumerate(inputs.items())]
+            values = [_argument("parameter", name, value) for name, value in starts.items()]
+            return simulate(session, Settings(stop, step, None, values, given, chosen, "all"))
 
     def simulate_many(
         self,
@@ -152,14 +156,14 @@ class Model:
             if abs(steps * size - end) > WHOLE * end:
                 raise UserError(f"the stop time {end:g} s is not a multiple of the step size {size:g} s")
             whole("workers", workers, 1), whole("every", every, 0)
-            chosen = list(_names("outputs", outputs)) or fmu.reals()
+            chosen = list(names_of("outputs", outputs)) or fmu.reals()
             for name in chosen:
                 if name not in fmu.reals():
                     raise unknown("output", name, fmu.reals())
-            given = None if inputs is None else np.asarray(inputs, dtype=float)
+            given = None if inputs is None else numbers(inputs, "'inputs'")
             if given is not None and (given.ndim != 3 or given.shape[1:] != (steps, len(fmu.names("input")))):
                 raise UserError(f"'inputs' must have the shape (runs, {steps}, {len(fmu.names('input'))}), got {given.shape}")
-            texts, values = parted(fmu, {**self.parameters, **(parameters or {})})
+            texts, values = parted(fmu, self.parameters | mapping("parameters", parameters))
             task = Task(size, steps, every or steps, texts, chosen)
             if client is not None:
                 return simulate_on_cluster(client, archive, fmu, task, given, values)
@@ -201,7 +205,7 @@ class Model:
         x = self.start()
         for values, names, letter in ((q, self.positions, "q"), (qd, self.velocities, "qd")):
             if values is not None:
-                x[self._rows_of(names)] = _array(values, names, letter)
+                x[self._rows_of(names)] = vector(values, names, letter)
         return x
 
     def start_values(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> dict[str, float]:
@@ -216,12 +220,12 @@ class Model:
 
     def forward(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None) -> np.ndarray:
         """Returns the accelerations; one row of each argument, or as many rows as q has. `tau` are all inputs, by default the start."""
-        return _rows(self._forward, q, qd, self.start_inputs() if tau is None else tau)
+        return by_rows(self._forward, q, qd, self.start_inputs() if tau is None else tau)
 
     def inverse(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> np.ndarray:
         """Returns the torques (N m, N) of the driven joints for their motion; one row of each argument, or as many rows as q has."""
         session = self._open("inverse", Variant((), self._tunable, "given", True))
-        return _rows(lambda *row: self._inverse(session, *row), q, qd, qdd)
+        return by_rows(lambda *row: self._inverse(session, *row), q, qd, qdd)
 
     def plant(self) -> Plant:
         """Returns the driven joints and their parameters, with torques and regressor for any motion: the model of `identify`."""
@@ -266,12 +270,14 @@ class Model:
         """
         plant = self.plant()
         rows = [
-            None if a is None else _measured(a, plant.joints, letter) for a, letter in ((q, "q"), (tau, "tau"), (qd, "qd"), (qdd, "qdd"))
+            None if a is None and letter in ("qd", "qdd") else measured(a, plant.joints, letter)
+            for a, letter in ((q, "q"), (tau, "tau"), (qd, "qd"), (qdd, "qdd"))
         ]
-        run = Run(_measured(np.reshape(time, (-1, 1)), ["time"], "time")[:, 0], *rows)
+        run = Run(measured(np.reshape(numbers(time, "'time'"), (-1, 1)), ["time"], "time")[:, 0], *rows)
         if any(part is not None and len(part) != len(run.time) for part in rows):
             raise UserError(f"the rows of the run must be as many as its times, {len(run.time)}")
-        return identify(plant, run, parameters, cutoff)
+        cutoff = None if cutoff is None else positive("the cutoff", cutoff, "frequency in Hz")
+        return identify(plant, run, names_of("parameters", parameters), cutoff)
 
     def design(
         self,
@@ -283,8 +289,8 @@ class Model:
         parameters: Sequence[str] = (),
     ) -> Trajectory:
         """Proposes a motion of the driven joints for `identify`, within positions (rad, m) and speeds."""
-        plant = self.plant()
-        return design(plant, limits_of(plant, low, high, speed), duration, step, parameters)
+        plant, times = self.plant(), (number("the duration", duration), number("the step", step))
+        return design(plant, limits_of(plant, low, high, speed), *times, names_of("parameters", parameters))
 
     # linearisation
 
@@ -456,8 +462,8 @@ class Model:
 
     def _point(self, x: ArrayLike | None, u: ArrayLike | None) -> tuple[np.ndarray, np.ndarray]:
         equations = self._equations()
-        x = self.start() if x is None else _array(x, self.states, "x")
-        return x, self.start_inputs() if u is None else _array(u, equations.inputs, "u")
+        x = self.start() if x is None else vector(x, self.states, "x")
+        return x, self.start_inputs() if u is None else vector(u, equations.inputs, "u")
 
     def _forward(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
         return self.slope(self.state(q, qd), tau)[self._rows_of(self.velocities)]
@@ -467,7 +473,7 @@ class Model:
         given = {}
         for letter, values in (("q", q), ("qd", qd), ("qdd", qdd)):
             names = [f"{joint}.{letter}" for joint in joints]
-            given |= dict(zip(names, _array(values, names, letter), strict=True))
+            given |= dict(zip(names, vector(values, names, letter), strict=True))
         # the inverse has no start values, because its motion is given
         names = [*session.names("parameter"), *(v.name for v in self.description.select("parameter"))]
         for name in self.parameters:
@@ -490,61 +496,18 @@ def _joints(session: Evaluation) -> dict[str, float]:
     return dict(zip(starts.values(), session.read(list(starts)), strict=True))
 
 
-def _rows(function, *arguments: ArrayLike) -> np.ndarray:
-    """Applies a function of vectors to rows; a vector belongs to each row of the others."""
-    arrays = [_numbers(a, "arguments") for a in arguments]
-    if all(a.ndim < 2 for a in arrays):
-        return function(*arrays)
-    count = max(len(a) for a in arrays if a.ndim > 1)
-    if any(a.ndim > 2 or (a.ndim == 2 and len(a) != count) for a in arrays):
-        raise UserError(f"the arguments must be vectors or have {count} rows, got shapes {', '.join(str(a.shape) for a in arrays)}")
-    return np.array([function(*(a[i] if a.ndim == 2 else a for a in arrays)) for i in range(count)])
-
-
-def _numbers(values: ArrayLike, what: str) -> np.ndarray:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise UserError(f"{what} must be numbers: {error}") from None
-
-
-def _array(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
-    """Returns a checked copy."""
-    array = np.array(_numbers(values, f"'{letter}'"))
-    if array.shape != (len(names),):
-        raise UserError(f"'{letter}' must have the shape ({len(names)},) ({listed(names) or 'no entries'}), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise UserError(f"'{letter}' is not finite: entry '{names[int(np.argmin(np.isfinite(array)))]}'")
-    return array
-
-
-def _measured(values: ArrayLike, names: Sequence[str], letter: str) -> np.ndarray:
-    """Returns rows of measurements."""
-    array = _numbers(values, f"'{letter}'")
-    if array.ndim != 2 or array.shape[1] != len(names) or not np.isfinite(array).all():
-        raise UserError(f"'{letter}' must be finite and have the shape (rows, {len(names)}), got {array.shape}")
-    return array
-
-
 def _argument(kind: str, name: str, value: str | float) -> str:
     """Returns the argument of `Settings` for a number or a text."""
-    try:
-        return f"{name}={value if isinstance(value, str) else repr(float(finite(kind, name, value)))}"
-    except (TypeError, ValueError):
-        raise UserError(f"{kind} '{name}' must be a number or a string, got {type(value).__name__}") from None
-
-
-def _names(what: str, names: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(names, str):
-        raise UserError(f"{what} must be a list of names, got '{names}'")
-    return tuple(names)
+    return f"{name}={value if isinstance(value, str) else repr(float(finite(kind, name, value)))}"
 
 
 def _input(name: str, value: str | float | tuple[ArrayLike, ArrayLike], table: Path) -> str:
     """Returns the argument of `Settings`, with a table for times and values."""
     if not isinstance(value, tuple):
         return _argument("input", name, value)
-    times, values = (np.asarray(part, dtype=float) for part in value)
+    if len(value) != 2:
+        raise UserError(f"input '{name}' must be times and values, got {len(value)} entries")
+    times, values = (numbers(part, f"times and values of input '{name}'") for part in value)
     if times.ndim != 1 or times.shape != values.shape:
         raise UserError(f"input '{name}' must be two vectors of one length, got shapes {times.shape} and {values.shape}")
     if not len(times):

@@ -435,6 +435,47 @@ def test_errors_are_one_sentence(model):
         model(DOUBLE + "drive = 'free'\n").hold()
 
 
+ROWS = np.zeros((50, 2))
+
+
+def test_wrong_types_are_one_sentence(model, tmp_path):
+    m = model(DOUBLE)
+    time, run = np.arange(50) * 0.1, tmp_path / "out.toml"
+    known = m.identify(time, np.random.default_rng(0).normal(size=(50, 2)), ROWS, ROWS, ROWS)
+    for call, sentence in (
+        (lambda: rds.load(None), "the model file must be a path, got None"),
+        (lambda: rds.load(m.file, ["a", "b"]), "^tunable 'a' is not a parameter of this model$"),
+        (lambda: rds.load(m.file, [1]), "tunable must be a list of names, got the entry 1"),
+        (lambda: m.build(1.5), "the target must be a path, got 1.5"),
+        (lambda: setattr(m, "parameters", [1]), r"parameters must be a dictionary of values by name, got \[1\]"),
+        (lambda: setattr(m, "parameters", {"upper.q0": [1]}), "parameter 'upper.q0' must be a number or a string, got list"),
+        (lambda: m.simulate(stop="x"), "the stop time must be a positive time in s, got 'x'"),
+        (lambda: m.simulate(step=[1]), r"the step size must be a positive time in s, got \[1\]"),
+        (lambda: m.simulate(inputs=[1]), "inputs must be a dictionary"),
+        (lambda: m.simulate(start=[1]), "start must be a dictionary"),
+        (lambda: m.simulate(outputs=[1]), "outputs must be a list of names, got the entry 1"),
+        (lambda: m.simulate(inputs={"upper.tau": (["a"], [1])}), "times and values of input 'upper.tau' must be numbers: "),
+        (lambda: m.simulate(inputs={"upper.tau": ([0], [1], [2])}), "input 'upper.tau' must be times and values, got 3 entries"),
+        (lambda: m.simulate_many(inputs="x"), "'inputs' must be numbers: "),
+        (lambda: m.simulate_many(inputs=[[1], [1, 2]]), "'inputs' must be numbers: "),
+        (lambda: m.simulate_many(parameters=[1]), "parameters must be a dictionary"),
+        (lambda: m.identify(time, None, ROWS), r"'q' must be finite and have the shape \(rows, 2\)"),
+        (lambda: m.identify([[0], [1, 2]], ROWS, ROWS), "'time' must be numbers: "),
+        (lambda: m.identify(time, ROWS, ROWS, cutoff="x"), "the cutoff must be a positive frequency in Hz, got 'x'"),
+        (lambda: m.identify(time, ROWS, ROWS, parameters=[1]), "parameters must be a list of names"),
+        (lambda: m.design([1, 2, 3], 1, 1), r"'low' must be a number or have the shape \(2,\)"),
+        (lambda: m.design(-1, "x", 1), "'high' must be numbers: "),
+        (lambda: m.design(-1, 1, 1, duration="x"), "the duration must be a number, got 'x'"),
+        (lambda: m.design(-1, 1, 1, parameters=[1]), "parameters must be a list of names"),
+        (lambda: m.plant().equations("x", 0, 0), "q, qd and qdd must be numbers: "),
+        (lambda: known.added("zz"), "unknown link 'zz'"),
+        (lambda: known.write(run, tmp_path / "nofile.toml"), "cannot read .*nofile.toml': No such file"),
+    ):
+        with pytest.raises(UserError, match=sentence) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+
+
 PENDULUM = """
 name = "pendulum"
 gravity = [9.81, 0, 0]
