@@ -23,7 +23,8 @@ from build_fmu.identify.run import Identification, Run, identify
 from build_fmu.library.batch import Runs, parted, simulate_batch, simulate_on_cluster
 from build_fmu.library.evaluation import INDEPENDENT, Evaluation
 from build_fmu.library.flow import step_derivative
-from build_fmu.library.modes import Modes, modes_at
+from build_fmu.library.holding import holding_inputs
+from build_fmu.library.modes import Modes, modes_at, rates_of
 from build_fmu.library.regression import plant_of, torques_on
 from build_fmu.library.staging import Variant, sample_time_of, source_of, stage
 from build_fmu.model.describe import describe
@@ -41,7 +42,6 @@ TERMS = ("acceleration", "mass_matrix", "bias")
 DEGREES = {"fixed": 0, "spherical": 3}  # of freedom; other links of the tree have one
 WHOLE = 1e-9  # of the stop time: rounding of a number of steps
 SAME_POSE = 1e-6  # rad or m
-HELD = 1e-9  # of the largest acceleration that a holding force removes
 
 
 def load(file: str | Path, tunable: Sequence[str] = ()) -> Model:
@@ -353,7 +353,7 @@ class Model:
 
     def _at_rest(self, u: ArrayLike | None, q: ArrayLike | None) -> tuple[dict[str, float], np.ndarray]:
         x, u = self._point(None if q is None else self.state(q), u)
-        x[self._rows_of(self.velocities)] = 0
+        x = self.without_velocity(x)
         # velocities that follow from loops are rounding, not 0
         starts = {n: 0.0 if START_OF_VELOCITY.search(n) else value for n, value in self.start_values(x).items()}
         variant = replace(Variant(TERMS, self._tunable), start="equilibrium")
@@ -361,24 +361,26 @@ class Model:
             session.begin({**self.parameters, **starts, **dict(zip(self.inputs, u, strict=True))})
             return _joints(session), np.array(session.read(self.states))
 
+    def without_velocity(self, x: ArrayLike | None = None) -> np.ndarray:
+        """Returns the state with the positions of x and all velocities zero."""
+        x = self._point(x, None)[0]
+        equations = self._equations()
+        x[[equations.states.index(n) for n in rates_of(equations)]] = 0
+        return x
+
     def hold(self, x: ArrayLike | None = None) -> np.ndarray:
         """Returns the inputs u (k) of least norm that hold the pose of x at rest; raises UserError if none do.
 
         Prescribed joints rest at their start positions.
         """
-        x, u = self._point(x, None)
-        x[self._rows_of(self.velocities)] = 0
+        x, u = self._point(self.without_velocity(x), None)
+        equations = self._continuous()
         prescribed = np.array([name.endswith(MOTION) for name in self.inputs], dtype=bool)
         u[[name.endswith(MOTION[1:]) for name in self.inputs]] = 0
-        first = abs(self.slope(x, u)).max(initial=0)
-        for _ in range(3):
-            missing = self.slope(x, u)
-            B = np.where(prescribed, 0, self.linearise(x, u)[1])
-            u = u - np.linalg.lstsq(B, missing, rcond=1e-12)[0]
-        left = self.slope(x, u)
-        worst = int(abs(left).argmax()) if left.size else 0
-        if left.size and abs(left[worst]) > HELD * max(first, 1.0):
-            name = self._equations().name_of(self._equations().slopes[worst])
+        u, left, at_rest = holding_inputs(equations, self._energy(), x, u, prescribed)
+        if not at_rest.all():
+            worst = int(np.where(at_rest, 0, abs(left)).argmax())
+            name = equations.name_of(equations.slopes[worst])
             others = len(x) - len(self.positions) - len(self.velocities)
             hint = "; the actuators keep their states in x, which `equilibrium` returns for given inputs" if others else ""
             raise UserError(f"no inputs hold the model at rest: '{name}' is {left[worst]:.3g} with the best ones{hint}")
@@ -387,7 +389,7 @@ class Model:
     def modes(self, x: ArrayLike | None = None, u: ArrayLike | None = None) -> Modes:
         """Returns the undamped modes of small motions about a state at rest."""
         x, u = self._point(x, u)
-        return modes_at(self._continuous(), self._evaluation("energy", ("energy",)), x, u)
+        return modes_at(self._continuous(), self._energy(), x, u)
 
     # instances
 
@@ -421,6 +423,10 @@ class Model:
     def _equations(self) -> Evaluation:
         """Returns the instance that evaluates the equations, with the current parameters."""
         return self._evaluation("equations", TERMS)
+
+    def _energy(self) -> Evaluation:
+        """Returns an instance that evaluates the kinetic energy."""
+        return self._evaluation("energy", ("energy",))
 
     def _evaluation(self, name: str, outputs: tuple[str, ...]) -> Evaluation:
         """Returns an instance with these outputs and the current parameters."""

@@ -42,7 +42,7 @@ def modes_at(equations: Evaluation, energy: Evaluation, x: np.ndarray, u: np.nda
     With q' = G v and v' = a(q), small motions follow v'' = (da/dq) G v.
     """
     coordinates = [n for n in equations.states if COORDINATE.fullmatch(n)]
-    rates = [n for n in equations.states if RATE.fullmatch(n)]
+    rates = rates_of(equations)
     if not rates:
         return Modes(np.empty(0), np.empty((0, 0)), [])
     slopes = dict(zip(equations.states, equations.slopes, strict=True))
@@ -59,6 +59,16 @@ def modes_at(equations: Evaluation, energy: Evaluation, x: np.ndarray, u: np.nda
     return Modes(squares[order], shapes / largest, [equations.name_of(n) for n in coordinates], resolution)
 
 
+def rates_of(equations: Evaluation) -> list[str]:
+    """Returns the velocities among the states, also of motors and of independent coordinates without a name."""
+    return [n for n in equations.states if RATE.fullmatch(n)]
+
+
+def sizes_of_terms(equations: Evaluation, slopes: Sequence[str], x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Returns the size of the terms whose sum a rate of the state is: |A| |x| + |B| |u|. Their rounding errors are relative to it."""
+    return abs(equations.jacobian(slopes, [*equations.states, *equations.inputs])) @ abs(np.concatenate([x, u]))
+
+
 def mass_matrix(energy: Evaluation, state: dict[str, float], u: np.ndarray, rates: Sequence[str]) -> np.ndarray:
     """Returns M of the rates: the derivatives of the kinetic energy v'Mv/2 by v, at unit vectors v."""
     M = np.empty((len(rates), len(rates)))
@@ -67,6 +77,15 @@ def mass_matrix(energy: Evaluation, state: dict[str, float], u: np.ndarray, rate
         energy.place(np.array([{**state, **velocities}.get(n, 0.0) for n in energy.states]), u)
         row[:] = energy.jacobian(["energy.kinetic"], rates)[0]
     return (M + M.T) / 2
+
+
+def mass_factor(M: np.ndarray) -> np.ndarray:
+    """Returns L' of M = L L', for entries in any units; of a singular M the roots of its diagonal."""
+    roots = np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
+    try:
+        return np.linalg.cholesky(M / np.outer(roots, roots)).T * roots
+    except np.linalg.LinAlgError:
+        return np.diag(roots)
 
 
 def _check_rest(equations: Evaluation, x: np.ndarray, u: np.ndarray, names: Sequence[str]) -> None:
@@ -79,12 +98,8 @@ def _check_rest(equations: Evaluation, x: np.ndarray, u: np.ndarray, names: Sequ
 
 def _eigen(A: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns eigenvalues and independent vectors of A, which is M^-1 K with a symmetric K if the forces have a potential."""
-    lengths = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
-    try:
-        # S = L' A L'^-1 is symmetric where K is
-        factor = np.linalg.cholesky(M * np.outer(lengths, lengths)).T / lengths
-    except np.linalg.LinAlgError:
-        factor = np.diag(1 / lengths)
+    factor = mass_factor(M)
+    # S = L' A L'^-1 is symmetric where K is
     S = np.linalg.solve(factor.T, (factor @ A).T).T
     if abs(S - S.T).max() <= SYMMETRIC * abs(S).max():
         values, vectors = np.linalg.eigh((S + S.T) / 2)

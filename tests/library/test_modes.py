@@ -63,6 +63,30 @@ def test_eigenvectors_of_random_models_are_independent(symmetric):
         assert root.T @ A @ vectors == pytest.approx(scaled * values, abs=1e-8)
 
 
+@pytest.mark.parametrize("length", [1e3, 1.0, 1e-3, 1e-6, 1e-7])
+def test_holding_inputs_in_any_units(model, length):
+    """An arm on a vertical slide, both with the density of water."""
+    mass = 1000 * length**3
+    m = model(
+        f"""
+name = "micro"
+gravity = [0, -9.81, 0]
+[[link]]
+name = "slide"
+joint = "prismatic"
+alpha = -1.5707963267948966
+mass = {mass}
+[[link]]
+name = "arm"
+alpha = 1.5707963267948966
+mass = {mass}
+com = [{length}, 0, 0]
+inertia = [0, 0, {0.1 * mass * length**2}]
+"""
+    )
+    assert m.hold() == pytest.approx([2 * mass * 9.81, mass * length * 9.81], rel=1e-9, abs=0)
+
+
 def test_a_defective_matrix_has_a_basis_of_its_invariant_subspace():
     values, vectors = _eigen(np.array([[2.0, 1, 0], [0, 2, 0], [0, 0, 7]]), np.eye(3))
     assert values == pytest.approx([2, 2, 7])
