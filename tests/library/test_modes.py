@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from build_fmu.errors import UserError
 from build_fmu.library.modes import _eigen
 
 # a body whose three translations and three rotations have one frequency each
@@ -85,6 +86,17 @@ inertia = [0, 0, {0.1 * mass * length**2}]
 """
     )
     assert m.hold() == pytest.approx([2 * mass * 9.81, mass * length * 9.81], rel=1e-9, abs=0)
+
+
+def test_an_equilibrium_is_at_rest_in_small_units(model):
+    """Rounding of stiffness / inertia * q is 1e-4 rad/s2."""
+    text = 'name = "mems"\ngravity = [0, -9.81, 0]\n[[link]]\nname = "mirror"\nmass = 1e-9\ncom = [1e-5, 0, 0]\n'
+    m = model(text + "inertia = [0, 0, 1e-18]\nstiffness = 4e-5\nq = 0.1\nrest = 0.1\n")
+    x = m.equilibrium()
+    square = (4e-5 - 1e-9 * 9.81 * 1e-5 * np.sin(0.1)) / 1.1e-18
+    assert m.modes(x).squares == pytest.approx([square], rel=1e-6)
+    with pytest.raises(UserError, match="modes require a state at rest"):
+        m.modes(x + [1e-7, 0])
 
 
 def test_a_defective_matrix_has_a_basis_of_its_invariant_subspace():
