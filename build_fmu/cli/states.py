@@ -79,7 +79,7 @@ def given_state(model: Model, options: argparse.Namespace) -> tuple[np.ndarray, 
     if where == "held":
         if options.input:
             raise InvalidArgument("--at held finds the inputs: remove --input")
-        x = model.state(qd=np.zeros(len(model.velocities)))
+        x = model.without_velocity()
         return x, model.hold(x)
     return model.start(), u
 

@@ -115,6 +115,14 @@ def test_equilibrium_of_contact_and_loops(run):
         assert facts["largest_rate"] < 1e-6
 
 
+def test_a_held_pose_of_loops_has_no_velocity(run):
+    """Some independent coordinates of the platform are no joint's."""
+    options = ("--json", "--at", "held", "--start", "platform[1].qd0=0.1")
+    facts = json.loads(run("linearise", *options, model=ROOT / "models" / "stewart_platform.toml")[1])
+    assert facts["largest_rate"] < 1e-6
+    assert [value for name, value in zip(facts["states"], facts["x"], strict=True) if ".qd" in name] == [0] * 6
+
+
 def test_wrong_inputs_are_one_sentence(run):
     assert run("linearise", "--input", "rod.ta=2")[::2] == (1, "unknown input 'rod.ta'; did you mean 'rod.tau'?\n")
 
