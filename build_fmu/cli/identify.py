@@ -123,13 +123,13 @@ def _identify(options: argparse.Namespace, model: Model, chosen: list[str]) -> i
     target = _target(options, f"{options.model.stem}_identified.toml", model)
     measured = _read(options.runs, plant)
     result = identify(plant, measured, chosen, options.cutoff)
+    payload = _payload(result, options.payload) if options.payload else {}
     sources = ", ".join("standard input" if path == STREAM else path.name for path in options.runs)
     result.write(target, options.model, f"Parameters identified by build-fmu identify from {sources}")
     # the residual of the file itself, not of the numbers in memory
     with load(target) as written:
         left = equations(written.plant(), measured, options.cutoff)[2]
     warn(result.warnings)
-    payload = _payload(result, options.payload) if options.payload else {}
     emit(options, {"model": target, **_facts(result), "residual": dict(zip(plant.torques, left.tolist(), strict=True)), **payload})
     _print(result, left)
     for name, (value, error) in payload.get("payload", {}).items():

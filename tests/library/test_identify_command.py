@@ -131,6 +131,7 @@ def test_a_mass_within_its_error_is_no_payload(arm, capsys):
     measured_with(arm, "")
     code, _, errors = run(capsys, "arm.toml", "loaded.csv", "--payload", "wrist")
     assert code == 1 and re.fullmatch(r"link 'wrist' has no payload: its mass would be \S+ \+- \S+ kg\n", errors)
+    assert not (arm / "arm_identified.toml").exists()
 
 
 def test_a_designed_motion_is_a_table_of_the_model(arm, capsys):
