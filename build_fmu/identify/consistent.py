@@ -19,7 +19,8 @@ from build_fmu.identify.parameters import pseudo_inertia, vector_of
 
 WEAK = 1e-6  # last weight: a standard deviation of 1000 in the logarithm of second moments
 LIMIT = 1e-5  # smallest weight relative to the sum of squares, for base parameters that no body has
-STAGE = 0.1  # factor of the weight
+STAGES = (0.1, 0.8)  # smallest and largest factor of the weight
+FEW, MANY = 4, 8  # rounds at a weight, after which the factor decreases or increases
 SLENDER = 1e-4  # smallest eigenvalue of the second moments of a start value, relative to their sum
 ROUNDS = 1000
 DONE = 0.1  # predicted decrease of the function, relative to the weight
@@ -117,7 +118,9 @@ def fit(problem: Problem) -> Fit:
     held, converged = y <= 0, False  # losses at 0
     distance = (problem.misfit(factors, y) ** 2).sum()
     weight = max(WEAK, distance / max(many + len(y), 1))
+    stage, spent = STAGES[0], 0
     for _ in range(ROUNDS):
+        spent += 1
         residual, rows, slopes = problem.linear(factors, y, weight)
         free = np.concatenate([np.ones(many, dtype=bool), ~held])
         step = np.zeros(len(free))
@@ -140,7 +143,9 @@ def fit(problem: Problem) -> Fit:
         if weight <= last:
             converged = decrease <= max(1, DONE * weight)
             break
-        weight = max(STAGE * weight, last)
+        # close to the limit of possible bodies, the minima of distant weights are many steps apart
+        stage = max(stage**2, STAGES[0]) if spent <= FEW else min(np.sqrt(stage), STAGES[1]) if spent > MANY else stage
+        weight, spent = max(stage * weight, last), 0
     pi = problem.parameters(factors, np.where(y > DUST, y, 0))
     spread = slopes @ np.linalg.inv(np.linalg.qr(rows, mode="r"))
     return Fit(pi, spread @ spread.T, float((problem.misfit(factors, y) ** 2).sum()), bool(converged))
