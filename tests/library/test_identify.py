@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,6 +69,17 @@ def test_a_plant_survives_its_model(model):
     before = plant.equations(row, row, row)[0]
     m.close()
     assert (plant.equations(row, row, row)[0] == before).all()
+
+
+def test_nearly_singular_bodies_are_found(model):
+    """The path to them leads along the limit of possible bodies; noise of 1e-5 of the torques."""
+    random, data = np.random.default_rng(0), Path(__file__).parent / "data"
+    before, true = (model((data / f"flat_{name}.toml").read_text()) for name in ("start", "true"))
+    motion = random.uniform(-1, 1, (3, 400, len(before.plant().joints)))
+    exact = true.inverse(*motion)
+    noise = 1e-5 * np.sqrt(np.mean(exact**2, axis=0))
+    found = before.identify(np.arange(400) * 0.01, motion[0], exact + noise * random.normal(size=exact.shape), *motion[1:])
+    assert (found.after < 1.2 * noise).all() and not found.warnings
 
 
 UNITS = [1e-6, 1e-3, 1.0, 1e3]
