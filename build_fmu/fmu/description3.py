@@ -6,7 +6,8 @@ Equal tables give equal bytes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree as xml
 
@@ -21,9 +22,10 @@ from build_fmu.fmu.description import (
     real,
     reinitialised_states,
 )
-from build_fmu.model.describe import Description, Variable
+from build_fmu.model.describe import Description, Unknown, Variable
 
 TIME = 0  # value reference of the independent variable; those of the table start at 1
+LONGEST_LIST = 500  # longer lists of dependencies are omitted
 TYPES = {"Real": "Float64", "Integer": "Int32"}  # all others have the same name in both versions
 # capabilities of FMI 2.0 and their names in FMI 3.0; the others do not exist there
 RENAMED = {
@@ -68,14 +70,30 @@ def model_description(model: Description) -> bytes:
     structure = xml.SubElement(root, "ModelStructure")
     with_time = (TIME,) if model.depends_on_time else ()
     groups = (
-        ("Output", model.outputs, with_time),
-        ("ContinuousStateDerivative", model.derivatives, with_time),
-        ("InitialUnknown", model.initial_unknowns, ()),
+        ("Output", _by_parameters(model, model.outputs)),
+        ("ContinuousStateDerivative", _by_parameters(model, model.derivatives)),
+        ("InitialUnknown", model.initial_unknowns),
     )
-    for tag, rows, independent in groups:
+    for tag, rows in groups:
         for row in rows:
-            xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **dependencies(row, reference, independent))
+            xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **dependencies(row, reference, with_time))
     return file_content(root)
+
+
+def _by_parameters(model: Description, rows: Sequence[Unknown]) -> Iterator[Unknown]:
+    """Yields the rows with the tunable parameters that act on them, which FMI 2.0 does not list: at most those of initialization mode."""
+    tunable = [variable.name for variable in model.variables if variable.causality == "parameter" and variable.variability == "tunable"]
+    initially = {row.name: row.dependencies for row in model.initial_unknowns}
+    for row in rows:
+        given = initially.get(row.name)
+        found = tunable if given is None else sorted(set(tunable).intersection(given))
+        if row.dependencies is None or not found:
+            yield row
+        elif len(row.dependencies) + len(found) > LONGEST_LIST:
+            yield replace(row, dependencies=None, kinds=None)
+        else:
+            kinds = [*row.kinds, *["dependent"] * len(found)] if row.kinds else None
+            yield replace(row, dependencies=[*row.dependencies, *found], kinds=kinds)
 
 
 def _flags(capabilities: dict[str, Any]) -> dict[str, Any]:

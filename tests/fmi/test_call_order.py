@@ -245,6 +245,14 @@ def test_unknown_value_references_are_refused(fmu):
                 assert str(reference_) in slave.errors[-1]
 
 
+def test_number_and_percent_signs_of_a_message_are_doubled(fmu):
+    """`#r12#` is a reference to a variable, and the message is a printf format."""
+    with Slave(fmu("cart")) as slave:
+        names = (c.c_char_p * 1)(b"a#r12#b%d")
+        assert slave.call("SetDebugLogging", 1, ONE, names) == ERROR
+        assert "a##r12##b%" in slave.errors[-1]
+
+
 def test_log_categories(fmu):
     def switch(slave, on, *names):
         return slave.call("SetDebugLogging", on, c.c_size_t(len(names)), (c.c_char_p * max(1, len(names)))(*names))

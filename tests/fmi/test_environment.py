@@ -94,6 +94,23 @@ print(len(set(ends)))
     assert out == "1\n", "the same result whatever the master's modes are"
 
 
+def test_a_model_is_read_alike_in_every_rounding_mode(run):
+    out = run("""
+values = []
+for rounding in (0, 0x400, 0x800, 0xc00):
+    libm.fesetround(rounding)
+    slave = Slave(fmu)
+    kept = libm.fegetround() == rounding
+    libm.fesetround(0)
+    slave.initialize()
+    slave.run(0.2, 0.01)
+    values.append((kept, *slave.reals([name for name, (kind, _) in fmu.variables.items() if kind == "Real"])))
+    slave.free()
+print(len(set(values)), values[0][0])
+""")
+    assert out == "1 True\n"
+
+
 def test_tables_are_read_in_a_locale_with_decimal_commas(decimal_commas, tmp_path):
     (tmp_path / "motion.csv").write_text("time,crank.q\n0,0\n0.5,0.25\n1,+7.5e-1\n")
     (tmp_path / "model.toml").write_text(

@@ -387,6 +387,60 @@ def test_tolerance_and_stop_time_of_the_master(fmu3):
         slave.initialize()
 
 
+def test_enabled_log_categories_leave_the_others_as_they_are(fmu3):
+    with Slave3(fmu3("cart")) as slave:
+        for name in (b"logEvents", b"logStatusWarning"):
+            assert slave.call("SetDebugLogging", c.c_bool(True), count(1), (c.c_char_p * 1)(name)) == OK
+        slave.call("Reset")
+        assert slave.messages[-1][2] == "reset"
+        assert slave.call("SetDebugLogging", c.c_bool(True), count(1), (c.c_char_p * 1)(b"a#r12#b")) == ERROR
+        assert "a##r12##b" in slave.errors[-1]
+
+
+def test_dependencies_include_tunable_parameters_and_time(built3):
+    """At a communication point, and time in initialization mode, too: both differ from FMI 2.0."""
+    fmu = built3("""name = "tuned"
+[[link]]
+name = "arm"
+mass = 1
+com = [0.5, 0, 0]
+damping = 0.1
+[[link]]
+name = "other"
+parent = "ground"
+mass = 1
+com = [0.5, 0, 0]
+[[link]]
+name = "wheel"
+parent = "ground"
+drive = "motion"
+mass = 1
+[[trajectory]]
+joint = "wheel"
+type = "speed"
+speed = 1
+[fmu]
+tunable = ["arm.mass", "arm.damping"]
+outputs = ["acceleration"]
+""")
+
+    def named(tag: str, of: str) -> set[str]:
+        names = {variable.get("valueReference"): variable.get("name") for variable in fmu.xml.find("ModelVariables")}
+        row = next(row for row in fmu.xml.findall(f"ModelStructure/{tag}") if names[row.get("valueReference")] == of)
+        assert len(row.get("dependenciesKind", row.get("dependencies")).split()) == len(row.get("dependencies").split())
+        return {names[reference] for reference in row.get("dependencies").split()}
+
+    assert {"arm.mass", "arm.damping", "arm.q", "time"} <= named("Output", "arm.qdd")
+    assert not {"arm.mass", "arm.damping"} & named("Output", "arm.q")
+    assert "time" in named("InitialUnknown", "wheel.q")
+    with Slave3(fmu) as slave:
+        slave.initialize()
+        assert slave.set("arm.tau", 1.0) == OK
+        (before,) = slave.get(["arm.qdd"])
+        assert slave.set("arm.mass", 2.0) == OK
+        assert slave.get(["arm.qdd"])[0] != before
+
+
 def test_outputs_of_a_model_with_prescribed_motion_depend_on_time(fmu3):
     def with_time(name: str) -> bool:
         rows = fmu3(name).xml.findall("ModelStructure/Output[@dependencies]")

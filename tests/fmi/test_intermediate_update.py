@@ -161,3 +161,26 @@ def test_functions_of_a_communication_point_are_refused_during_an_update(fmu3):
         assert set(outcomes.values()) == {ERROR}
         assert all(text.endswith("not allowed while the instance is in intermediate update mode") for text in slave.errors)
         assert slave.everything() == other.everything()
+
+
+def test_internal_steps_that_end_at_samples_are_updated_too(built3):
+    """Some steps end exactly at an instant of a sample."""
+    fmu = built3("""name = "sampled"
+[[link]]
+name = "arm"
+mass = 1
+com = [0.5, 0, 0]
+[controller]
+law = "pd"
+kp = 20
+kd = 2
+target = 0.3
+sample_time = 0.01
+""")
+    recorder = Recorder()
+    with updated(fmu, recorder) as slave:
+        slave.initialize()
+        assert slave.do_step(0.0, LENGTH)[0] == OK
+        (steps,) = slave.get(["solver.steps"], "Int32")
+    assert np.diff([0, *recorder.times, LENGTH]).max() < 0.0101
+    assert len(recorder.times) == steps - 1

@@ -302,6 +302,23 @@ def test_an_unstable_sample_time_is_unstable(built):
     assert ends[0] < 1e-3 and ends[1] < 1e-3 and ends[2] > 1
 
 
+@pytest.mark.parametrize("start", [2.0**28, 2.0**30, 1.75e9])
+def test_samples_of_a_run_that_starts_late_are_those_of_a_run_from_zero(built, start):
+    """Seconds since 1970, for example. The instants of samples are rounded to the resolution of such a time."""
+
+    def rows(begin: float) -> np.ndarray:
+        found = []
+        with Slave(fmu) as slave:
+            assert (slave.setup(begin), slave.call("EnterInitializationMode"), slave.call("ExitInitializationMode")) == (OK, OK, OK)
+            for k in range(64):
+                assert slave.step(begin + k / 1024, 1 / 1024) == OK, slave.errors
+                found.append(slave.reals(["cart.q", "rider.q", "cart.tau", "rider.tau"]))
+        return np.array(found)
+
+    fmu = built(CARTS.replace("SAMPLING", "sample_time = 0.003\ndelay = 0.001"))
+    assert np.abs(rows(start) - rows(0.0)).max() < 1e3 * np.spacing(start)
+
+
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [

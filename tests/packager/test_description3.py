@@ -82,11 +82,10 @@ def test_dependencies_are_ascending_value_references_with_their_kinds(crane):
     row = Unknown(output.name, [second.name, first.name], ["constant", "dependent"])
     model = replace(crane, outputs=[row], initial_unknowns=[row], depends_on_time=True)
     written, initially = etree.fromstring(model_description(model)).find("ModelStructure")
-    pairs = sorted([(second.value_reference, "constant"), (first.value_reference, "dependent")])
-    assert initially.get("dependencies") == " ".join(str(reference) for reference, _ in pairs)
-    assert initially.get("dependenciesKind") == " ".join(kind for _, kind in pairs)
-    assert written.get("dependencies") == "0 " + initially.get("dependencies")
-    assert written.get("dependenciesKind") == "dependent " + initially.get("dependenciesKind")
+    pairs = [(0, "dependent"), *sorted([(second.value_reference, "constant"), (first.value_reference, "dependent")])]
+    for element in (written, initially):
+        assert element.get("dependencies") == " ".join(str(reference) for reference, _ in pairs)
+        assert element.get("dependenciesKind") == " ".join(kind for _, kind in pairs)
 
 
 def test_content_of_the_archive(fmu):

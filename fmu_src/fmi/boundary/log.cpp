@@ -32,31 +32,33 @@ const char* Log::set(bool on, std::size_t count, const char* const* categories) 
     const char* name = categories[i] ? categories[i] : "(null)";
     bool known = false;
     for (std::size_t k = 0; k < std::size(log_categories); ++k)
-      if (std::strcmp(name, log_categories[k].name) == 0) known = named[k] = true;
+      if (std::strcmp(name, log_categories[k]) == 0) known = named[k] = true;
     if (!known) return name;
   }
-  // "on" enables only the named categories, "off" disables the named ones
+  // "off" disables the named categories, "on" enables them, in FMI 2 only them
   bool* const switches[] = {&errors_, &warnings_, &events_};
   for (std::size_t k = 0; k < std::size(switches); ++k) {
     const bool chosen = named[0] || named[k + 1];
-    *switches[k] = on ? chosen : *switches[k] && !chosen;
+    *switches[k] = chosen ? on : *switches[k] && !(on && version_ == FmiVersion::two);
   }
   return nullptr;
 }
 
 void Log::write(bool on, fmi2Status status, int category, const std::string& text) const {
-  if (on && plain_logger_)
-    plain_logger_(environment_, static_cast<fmi3Status>(status), log_categories[category].name, text.c_str());
-  if (!on || !logger_) return;
-  // the message is a printf format: percent signs of the text are doubled; loggers without formatting show
-  // both
-  std::string format;
-  format.reserve(text.size());
+  if (!on) return;
+  // number signs, which begin references to variables, are doubled, in FMI 2 also percent signs: the message
+  // is a printf format
+  std::string message;
+  message.reserve(text.size());
   for (char c : text) {
-    format += c;
-    if (c == '%') format += c;
+    message += c;
+    if (c == '#' || (c == '%' && logger_)) message += c;
   }
-  logger_(environment_, instance_name_.c_str(), status, log_categories[category].name, format.c_str());
+  const char* const name = log_categories[category];
+  if (plain_logger_)
+    plain_logger_(environment_, static_cast<fmi3Status>(status), name, message.c_str());
+  else if (logger_)
+    logger_(environment_, instance_name_.c_str(), status, name, message.c_str());
 }
 
 }  // namespace redysim

@@ -9,18 +9,8 @@
 
 namespace redysim {
 
-struct LogCategory {
-  const char* name;
-  const char* description;
-};
-
 // The log categories, in the order of the XML; the first one includes all others.
-inline constexpr LogCategory log_categories[] = {
-    {"logAll", "Every message"},
-    {"logStatusError", "Refused calls and failed steps, with the reason"},
-    {"logStatusWarning", "Doubtful model data and doubtful use of the FMU"},
-    {"logEvents", "Events: start of the solver, choices of the method, reset, end of the simulation"},
-};
+inline constexpr const char* log_categories[] = {"logAll", "logStatusError", "logStatusWarning", "logEvents"};
 
 // Passes messages to the logger of the environment, if there is one. Errors are on by default, the other
 // categories on request.
@@ -32,7 +22,10 @@ class Log {
   FmiVersion version() const { return version_; }
 
   void error(const std::string& text) const { write(errors_, fmi2Error, 1, text); }
-  void warning(const std::string& text) const { write(warnings_, fmi2Warning, 2, text); }
+  // `status`: that of the call.
+  void warning(const std::string& text, fmi2Status status = fmi2Warning) const {
+    write(warnings_, status, 2, text);
+  }
   void event(const std::string& text) const { write(events_, fmi2OK, 3, text); }
   bool events() const { return events_; }
   bool warnings() const { return warnings_; }

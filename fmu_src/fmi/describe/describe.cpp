@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -111,12 +112,14 @@ void write_model_exchange(Json& json, const Model& model, const Plan<double>& pl
 }
 
 void write_log_categories(Json& json) {
+  constexpr const char* descriptions[] = {
+      "Every message", "Refused calls and failed steps, with the reason",
+      "Doubtful model data and doubtful use of the FMU",
+      "Events: start of the solver, choices of the method, reset, end of the simulation"};
+  static_assert(std::size(descriptions) == std::size(log_categories));
   json.key("log_categories").begin_array();
-  for (const LogCategory& category : log_categories)
-    json.begin_object()
-        .member("name", category.name)
-        .member("description", category.description)
-        .end_object();
+  for (std::size_t k = 0; k < std::size(log_categories); ++k)
+    json.begin_object().member("name", log_categories[k]).member("description", descriptions[k]).end_object();
   json.end_array();
 }
 
@@ -355,7 +358,7 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   const std::vector<int> independent = independent_joints(start, parameters, system);
   const VariableTable table(file.model, plan, independent);
   IndependentCoordinates exchanged(file.model, system, independent);
-  choose_at_start(start, parameters, system, exchanged);
+  choose_at_start(file.model, parameters_of(file.model), system, exchanged);  // as an instance
   Json json;
   json.begin_object();
   write_header(json, file);

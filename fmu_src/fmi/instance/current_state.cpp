@@ -38,7 +38,7 @@ IndependentCoordinates& CurrentState::independent() {
 }
 
 bool CurrentState::replace(double* y) {
-  GivenState::normalise(simulation_.system.layout(), y);
+  normalise_quaternions(simulation_.system.layout(), y);
   if (!close_loops_nearest(simulation_.system, simulation_.time, y)) return false;
   simulation_.system.forget_jumps();
   simulation_.integrator->set_state(y);

@@ -30,7 +30,7 @@ fmi2Status Instance::refuse(Function function, const std::string& why) {
 }
 
 fmi2Status Instance::discard(Function function, const std::string& why, double* values, std::size_t count) {
-  log_.warning(name_of(function) + ": " + why);
+  log_.warning(name_of(function) + ": " + why, fmi2Discard);
   std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
   return fmi2Discard;
 }

@@ -75,6 +75,11 @@ JointMotion inside(const Trajectory& trajectory, int phase, double time) {
 
 }  // namespace
 
+double time_rounding(double time) {
+  const double size = std::max(1.0, std::abs(time));
+  return std::max(4e-15 * size, std::min(1e-12 * size, 1e-9));
+}
+
 int phase_at(const Trajectory& trajectory, double time) {
   int phase = 0;
   while (time >= end_of(trajectory, phase)) ++phase;

@@ -12,8 +12,12 @@ struct JointMotion {
   double q = 0, qd = 0, qdd = 0;
 };
 
+// Maximum difference, s, of two times that are equal but for rounding, also if a master adds up its steps;
+// small compared with a sample period at late times as well (seconds since 1970).
+double time_rounding(double time);
+
 // Upper bound of the times that count as passed: some instants are later by rounding only.
-inline double passed(double time) { return time + 1e-12 * std::max(1.0, std::abs(time)); }
+inline double passed(double time) { return time + time_rounding(time); }
 
 // Phase of a trajectory: the number of passed times at which its acceleration may jump (start, jumps, end).
 // It is set at the start of a step and kept until its end, so that a method evaluates only the smooth

@@ -106,11 +106,6 @@ double GivenState::stretch() const {
   return largest;
 }
 
-void GivenState::normalise(const StateLayout& layout, double* y) {
-  for (int ball = 0; ball < layout.quaternion.count; ++ball)
-    Eigen::Map<Eigen::Vector4d>(layout.quaternion.of(y, ball)).normalize();
-}
-
 bool GivenState::has_orientations(const StateLayout& layout, const double* y) {
   for (int ball = 0; ball < layout.quaternion.count; ++ball)
     if (!has_orientation(layout.quaternion.of(y, ball))) return false;

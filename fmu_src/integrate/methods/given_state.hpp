@@ -5,6 +5,7 @@
 
 #include "integrate/methods/integrator.hpp"
 #include "integrate/system/independent_coordinates.hpp"
+#include "integrate/system/start.hpp"
 
 namespace redysim {
 
@@ -41,8 +42,7 @@ class GivenState final : public Integrator {
   void set_time(double time) { time_ = time; }
   // Maximum deviation of a quaternion's norm from 1.
   double stretch() const;
-  void normalise() { normalise(layout_, y_.data()); }
-  static void normalise(const StateLayout& layout, double* y);
+  void normalise() { normalise_quaternions(layout_, y_.data()); }
   static bool has_orientations(const StateLayout& layout, const double* y);  // has_orientation of each
 
  private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "integrate/control/reference.hpp"
 #include "integrate/methods/methods.hpp"
 #include "integrate/methods/one_step.hpp"
 #include "model/features.hpp"
@@ -50,8 +51,8 @@ std::unique_ptr<Integrator> make_integrator(System& system, const SolverSettings
 
 double next_halt(const System& system, double time, double end) {
   // the remainder after a breakpoint must be a step, not a rounding error
-  const double slack = 1e-12 * std::max(1.0, std::fabs(end)), breakpoint = system.next_breakpoint(time);
-  return breakpoint < end - slack ? breakpoint : end;
+  const double breakpoint = system.next_breakpoint(time);
+  return breakpoint < end - time_rounding(end) ? breakpoint : end;
 }
 
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed) {
@@ -61,7 +62,7 @@ Outcome advance_by_breakpoints(Integrator& integrator, System& system, double en
     const bool entered = system.enter_samples(time, integrator.state()) || phase_entered;
     const double halt = next_halt(system, time, end);
     const Outcome outcome = integrator.advance(halt, inputs_changed || entered);
-    const bool paused = integrator.time() < halt;
+    const bool paused = integrator.pauses() || integrator.time() < halt;
     if (!outcome.ok || halt == end || !(halt > time) || paused) return outcome;
     inputs_changed = false;
   }

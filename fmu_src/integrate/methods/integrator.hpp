@@ -63,6 +63,7 @@ class Integrator {
   // From now on an advance returns successfully after at most `steps` internal steps; 0: only at its end. The
   // next advance does not continue an earlier one.
   virtual void pause_after(long steps) { pause_after_ = steps; }
+  bool pauses() const { return pause_after_ > 0; }
 
   virtual double time() const = 0;
   virtual const double* state() const = 0;  // length System::size()
@@ -85,7 +86,8 @@ class Integrator {
 // The next breakpoint of the system's trajectories and samples after `time`, at most `end`.
 double next_halt(const System& system, double time, double end);
 
-// Calls Integrator::advance up to each breakpoint of the system's trajectories and samples, then to `end`.
+// Calls Integrator::advance up to each breakpoint of the system's trajectories and samples, then to `end`. An
+// integrator that pauses also stops at each breakpoint.
 Outcome advance_by_breakpoints(Integrator& integrator, System& system, double end, bool inputs_changed);
 inline Outcome advance(Integrator& integrator, System& system, double end, bool inputs_changed) {
   return system.control() ? advance_by_breakpoints(integrator, system, end, inputs_changed)

@@ -22,6 +22,11 @@ void begin_motions(const Model& model, System& system, double time) {
   }
 }
 
+void normalise_quaternions(const StateLayout& layout, double* y) {
+  for (int ball = 0; ball < layout.quaternion.count; ++ball)
+    Eigen::Map<Eigen::Vector4d>(layout.quaternion.of(y, ball)).normalize();
+}
+
 void set_start_values(const Parameters<double>& parameters, const System& system, double* y) {
   const Plan<double>& plan = system.plan();
   const StateLayout& layout = system.layout();
@@ -35,6 +40,7 @@ void set_start_values(const Parameters<double>& parameters, const System& system
     std::copy_n(start.quaternion.begin(), 4, layout.quaternion.of(y, ball));
     std::copy_n(start.omega.begin(), 3, layout.omega.of(y, ball));
   }
+  normalise_quaternions(layout, y);
   if (system.actuators()) system.actuators()->set_start(y);
   std::fill_n(layout.work.of(y), layout.work.count, 0.0);
 }

@@ -18,7 +18,10 @@ std::array<double, 3> start_motion(const Joint& joint, const JointParameters<dou
 // start_motion(...) of the model.
 void begin_motions(const Model& model, System& system, double time);
 
-// Fills y (system.size()) with the start values as given.
+// Gives the quaternions of spherical joints unit length.
+void normalise_quaternions(const StateLayout& layout, double* y);
+
+// Fills y (system.size()) with the start values as given, but for the length of quaternions.
 void set_start_values(const Parameters<double>& parameters, const System& system, double* y);
 
 struct Start {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dynamics/aba.hpp"
 #include "dynamics/assembly/assembly_tangent.hpp"
@@ -35,6 +36,16 @@ Vec3<double> turn_of(const Eigen::Vector4d& p, const double* change) {
 Vec3<double> turn_of(const BallAnglesOf<Dual>& angles) {
   const Vec3<double> change(angles.phi.derivative, angles.theta.derivative, angles.psi.derivative);
   return rate_matrix(values_of(angles)) * change;
+}
+
+// Values and derivatives.
+std::pair<Eigen::Vector4d, Eigen::Vector4d> parts_of(const Dual* quaternion) {
+  std::pair<Eigen::Vector4d, Eigen::Vector4d> parts;
+  for (int i = 0; i < 4; ++i) {
+    parts.first[i] = quaternion[i].value;
+    parts.second[i] = quaternion[i].derivative;
+  }
+  return parts;
 }
 
 void set_values(const double* from, std::size_t count, std::vector<Dual>& to) {
@@ -98,7 +109,10 @@ void Tangent::apply_parameters() {
   }
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const auto& [quaternion, omega] = parameters.balls[k];
-    for (int i = 0; i < 4; ++i) balls[k].quaternion[i] += quaternion[i].derivative;
+    const auto [values, change] = parts_of(quaternion.data());
+    Eigen::Vector4d rate;  // of the state, which has unit length
+    quaternion_rate(values.normalized().eval().data(), turn_of(values, change.data()).data(), rate.data());
+    for (int i = 0; i < 4; ++i) balls[k].quaternion[i] += rate[i];
     for (int i = 0; i < 3; ++i) balls[k].omega[i] += omega[i].derivative;
   }
 }
@@ -310,8 +324,7 @@ const char* Tangent::follow_assembly(const Model& model, const Assembly& assembl
   Duals at = q, speed = qd;
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const BallStart<Dual>& start = parameters.balls[k];
-    Eigen::Vector4d quaternion;
-    for (int i = 0; i < 4; ++i) quaternion[i] = start.quaternion[i].value;
+    const Eigen::Vector4d quaternion = parts_of(start.quaternion.data()).first.normalized();
     put_ball(static_cast<int>(k), ball_angles(rotation_of(quaternion.data())),
              turn_of(quaternion, balls[k].quaternion), Vec3<Dual>(start.omega.data()), at, speed);
     for (int i = plan_.balls[k] + 1; i < plan_.balls[k] + 4; ++i) {

@@ -12,6 +12,32 @@
 #include <cstdlib>
 #include <cstring>
 
+#if defined(__GLIBC__) && defined(__x86_64__)
+#include <fpu_control.h>
+#endif
+
+namespace {
+
+// strtod of glibc rounds as the x87 unit, which FloatMode leaves to the host.
+class RoundToNearest {
+#if defined(__GLIBC__) && defined(__x86_64__)
+ public:
+  RoundToNearest() {
+    fpu_control_t nearest = _FPU_DEFAULT;
+    _FPU_GETCW(theirs_);
+    _FPU_SETCW(nearest);
+  }
+  ~RoundToNearest() { _FPU_SETCW(theirs_); }
+  RoundToNearest(const RoundToNearest&) = delete;
+  RoundToNearest& operator=(const RoundToNearest&) = delete;
+
+ private:
+  fpu_control_t theirs_;
+#endif
+};
+
+}  // namespace
+
 namespace std {
 
 // Reads decimal numbers of at most 1000 characters, without infinities and NaN.
@@ -26,6 +52,7 @@ from_chars_result from_chars(const char* first, const char* last, double& value,
   char* end = text;
   const int before = errno;
   errno = 0;
+  [[maybe_unused]] const RoundToNearest mode;
   const double number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", nullptr));  // a constant
   // subnormal numbers also set ERANGE
   const bool in_range = errno != ERANGE || (number != 0 && !isinf(number));
