@@ -82,11 +82,11 @@ def model_description(model: Description) -> bytes:
 
 def _by_parameters(model: Description, rows: Sequence[Unknown]) -> Iterator[Unknown]:
     """Yields the rows with the tunable parameters that act on them, which FMI 2.0 does not list: at most those of initialization mode."""
-    tunable = [variable.name for variable in model.variables if variable.causality == "parameter" and variable.variability == "tunable"]
+    tunable = {variable.name for variable in model.select("parameter") if variable.variability == "tunable"}
     initially = {row.name: row.dependencies for row in model.initial_unknowns}
     for row in rows:
         given = initially.get(row.name)
-        found = tunable if given is None else sorted(set(tunable).intersection(given))
+        found = tunable if given is None else tunable.intersection(given)
         if row.dependencies is None or not found:
             yield row
         elif len(row.dependencies) + len(found) > LONGEST_LIST:

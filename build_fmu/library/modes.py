@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,10 +47,10 @@ def modes_at(equations: Evaluation, energy: Evaluation, x: np.ndarray, u: np.nda
     if not rates:
         return Modes(np.empty(0), np.empty((0, 0)), [])
     slopes = dict(zip(equations.states, equations.slopes, strict=True))
-    _check_rest(equations, x, u, [*coordinates, *rates])
+    _check_rest(equations, x, u, slopes, [*coordinates, *rates])
     G = equations.jacobian([slopes[n] for n in coordinates], rates)
     stiffness = -equations.jacobian([slopes[n] for n in rates], coordinates)
-    squares, vectors = _eigen(stiffness @ G, mass_matrix(energy, dict(zip(equations.states, x, strict=True)), u, rates))
+    squares, vectors = _eigen(stiffness @ G, mass_matrix(equations, energy, x, u))
     rounding = ROUNDING * abs(squares).max(initial=0)
     squares = np.where(abs(squares) <= rounding, 0, squares)
     order = np.argsort(squares, kind="stable")
@@ -70,8 +70,9 @@ def sizes_of_terms(equations: Evaluation, slopes: Sequence[str], x: np.ndarray, 
     return abs(equations.jacobian(slopes, [*equations.states, *equations.inputs])) @ abs(np.concatenate([x, u]))
 
 
-def mass_matrix(energy: Evaluation, state: dict[str, float], u: np.ndarray, rates: Sequence[str]) -> np.ndarray:
-    """Returns M of the rates: the derivatives of the kinetic energy v'Mv/2 by v, at unit vectors v."""
+def mass_matrix(equations: Evaluation, energy: Evaluation, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Returns M of the rates at the positions of x: the derivatives of the kinetic energy v'Mv/2 by v, at unit vectors v."""
+    rates, state = rates_of(equations), dict(zip(equations.states, x, strict=True))
     M = np.empty((len(rates), len(rates)))
     for row, moving in zip(M, rates, strict=True):
         velocities = {n: float(n == moving) for n in rates}
@@ -89,9 +90,8 @@ def mass_factor(M: np.ndarray) -> np.ndarray:
         return np.diag(roots)
 
 
-def _check_rest(equations: Evaluation, x: np.ndarray, u: np.ndarray, names: Sequence[str]) -> None:
+def _check_rest(equations: Evaluation, x: np.ndarray, u: np.ndarray, slopes: Mapping[str, str], names: Sequence[str]) -> None:
     moving = dict(zip(equations.states, equations.slope(x, u), strict=True))
-    slopes = dict(zip(equations.states, equations.slopes, strict=True))
     if max(abs(moving[n]) for n in names) <= AT_REST:
         return
     # springs: rounding errors of their forces may be larger

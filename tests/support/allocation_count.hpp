@@ -9,16 +9,18 @@
 // replace those of libc. Weak, so that several test files may include it. Omitted where a sanitizer replaces
 // them itself (the count is 0 then).
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
+#define REDYSIM_COUNTS_ALLOCATIONS 1
+#else
+#define REDYSIM_COUNTS_ALLOCATIONS 0
+#endif
+
 namespace redysim::test {
 inline std::atomic<long> allocations{0};
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
-inline constexpr bool counts_allocations = true;
-#else
-inline constexpr bool counts_allocations = false;
-#endif
+inline constexpr bool counts_allocations = REDYSIM_COUNTS_ALLOCATIONS;
 }  // namespace redysim::test
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
+#if REDYSIM_COUNTS_ALLOCATIONS
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
