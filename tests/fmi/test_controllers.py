@@ -423,15 +423,17 @@ def test_a_run_may_start_at_any_time(mixed):
         assert slave.get("rail.q") == pytest.approx(0.4, abs=1e-15)
 
 
-def test_the_table_travels_in_the_fmu(fmu_file, tmp_path):
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_the_table_travels_in_the_fmu(fmu_file, tmp_path, mark):
+    """Also one that begins with a byte order mark, as spreadsheets write it."""
     fmu_file("pendulum")
     (tmp_path / "model.toml").write_text(MIXED.replace("LAW", "pd"))
-    (tmp_path / "rail.csv").write_text(RAIL)
+    (tmp_path / "rail.csv").write_text(mark + RAIL)
     archive = build_fmu(tmp_path / "model.toml", tmp_path / "a.fmu")
     with zipfile.ZipFile(archive) as content:
-        assert content.read("resources/rail.csv").decode() == RAIL
+        assert content.read("resources/rail.csv").decode() == mark + RAIL
     first = Unpacked(archive, tmp_path / "a")
-    (tmp_path / "rail.csv").write_text(RAIL.replace("0.4", "0.5"))
+    (tmp_path / "rail.csv").write_text(mark + RAIL.replace("0.4", "0.5"))
     second = Unpacked(build_fmu(tmp_path / "model.toml", tmp_path / "b.fmu"), tmp_path / "b")
     # another table is another FMU
     assert first.guid != second.guid

@@ -169,6 +169,24 @@ def test_a_parallelogram_rests_from_its_singular_configuration(make, gravity):
     assert slave.reals(["crank_joint.q", "rocker_joint.q", "coupler_joint.q"]) == pytest.approx(before, abs=1e-8)
 
 
+@pytest.mark.parametrize("start", [(0, -0.5), (0.3, -0.2), (-0.4, 0.3)])
+def test_rods_rest_on_a_stiff_spring(make, start):
+    """The spring constrains the tip to a circle, along which the rods move far; forces in closed form balance."""
+    text = (ROOT / "models/stiff_strut.toml").read_text()
+    slave = make('start = "equilibrium"\n' + text)
+    for name, value in zip(("shoulder.q0", "elbow.q0"), start, strict=True):
+        slave.set(name, value)
+    begin(slave)
+    shoulder, elbow = slave.reals(["shoulder.q", "elbow.q"])
+    angle = shoulder + elbow
+    tip = np.array([math.cos(shoulder) + math.cos(angle), math.sin(shoulder) + math.sin(angle)])
+    strut = tip - [1.2, -0.8]
+    force = 1e7 * (0.749590630595878 / np.linalg.norm(strut) - 1) * strut
+    of_elbow = math.cos(angle) * force[1] - math.sin(angle) * force[0] - G / 2 * math.cos(angle)
+    of_shoulder = math.cos(shoulder) * force[1] - math.sin(shoulder) * force[0] - 1.5 * G * math.cos(shoulder)
+    assert [of_elbow, of_shoulder] == pytest.approx([0, 0], abs=1e-7)
+
+
 # a slider on a spring with a pendulum; the scale of the slider follows from its start
 SLIDER = """name = "slider"
 start = "equilibrium"

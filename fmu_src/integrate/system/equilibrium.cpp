@@ -35,16 +35,19 @@ class RestSearch {
         before_(slope_),
         step_(count_),
         scales_(scales),
-        pivots_(step_.size()) {
-    while (scales_.size() < count_) scales_.push_back(1.0);
-    for (std::size_t k = 0; k < count_; ++k) columns_.push_back(&factors_[k * count_]);
+        columns_(count_),
+        pivots_(count_) {
+    scales_.resize(count_, 1.0);
+    for (std::size_t k = 0; k < count_; ++k) columns_[k] = &factors_[k * count_];
   }
 
   RestSearch(const RestSearch&) = delete;
   RestSearch& operator=(const RestSearch&) = delete;
   ~RestSearch() { rest_actuators(false); }
 
-  Rest find();
+  // `along_stiff`: the steps do not become short where stiff directions alone accelerate, as on a curve that
+  // a stiff spring prescribes. It fails more often elsewhere.
+  Rest find(bool along_stiff);
 
  private:
   void rest_actuators(bool resting) {
@@ -54,17 +57,20 @@ class RestSearch {
   bool linearise();
   bool solve();
   bool move();
+  void substitute();
   bool settled(double change);
   bool is_rounding();
   void displace(const double* step, double* y) const;
   double product(const double* a, const double* b);
   Rest none_near() const;
-  double scaled(const double* values) const {
-    double largest = 0;
-    for (std::size_t k = 0; k < scales_.size(); ++k)
-      largest = std::max(largest, std::abs(values[k]) / scales_[k]);
+  double scaled(const double* values, std::size_t k) const { return std::abs(values[k]) / scales_[k]; }
+  std::size_t largest(const double* values) const {
+    std::size_t largest = 0;
+    for (std::size_t k = 1; k < count_; ++k)
+      if (scaled(values, k) > scaled(values, largest)) largest = k;
     return largest;
   }
+  double scaled(const double* values) const { return scaled(values, largest(values)); }
 
   System& system_;
   double time_;
@@ -113,16 +119,19 @@ bool RestSearch::linearise() {
 bool RestSearch::solve() {
   for (std::size_t i = 0; i < tangent_.size(); ++i) factors_[i] = -tangent_[i];
   for (std::size_t k = 0; k < count_; ++k) columns_[k][k] += 1 / length_;
-  const auto n = static_cast<std::int64_t>(count_);
-  if (!factor_lu(columns_.data(), n, pivots_.data())) return false;
+  if (!factor_lu(columns_.data(), static_cast<std::int64_t>(count_), pivots_.data())) return false;
   bool positive = true;  // sign of the determinant
   for (std::size_t k = 0; k < count_; ++k)
     if ((pivots_[k] != static_cast<std::int64_t>(k)) != (columns_[k][k] < 0)) positive = !positive;
   if (!positive) return false;
-  const double* accelerations = &slope_[first_velocity_];
-  std::copy_n(accelerations, count_, step_.begin());
-  solve_lu(columns_.data(), n, pivots_.data(), step_.data());
-  return product(step_.data(), accelerations) >= 0;
+  substitute();
+  return product(step_.data(), &slope_[first_velocity_]) >= 0;
+}
+
+// Sets step_ to the implicit step by the factors of the last `solve`.
+void RestSearch::substitute() {
+  std::copy_n(&slope_[first_velocity_], count_, step_.begin());
+  solve_lu(columns_.data(), static_cast<std::int64_t>(count_), pivots_.data(), step_.data());
 }
 
 // Product of two directions in the mass metric, in which the accelerations of conservative forces have a
@@ -191,16 +200,14 @@ bool RestSearch::is_rounding() {
 
 Rest RestSearch::none_near() const {
   const double* accelerations = &slope_[first_velocity_];
-  std::size_t worst = 0;
-  for (std::size_t k = 1; k < count_; ++k)
-    if (std::abs(accelerations[k]) / scales_[k] > std::abs(accelerations[worst]) / scales_[worst]) worst = k;
+  const std::size_t worst = largest(accelerations);
   system_.set_failed_joint(static_cast<int>(worst));
   Rest rest{Rest::End::none_near, system_.failed_joint(), accelerations[worst]};
   system_.forget_failure();
   return rest;
 }
 
-Rest RestSearch::find() {
+Rest RestSearch::find(bool along_stiff) {
   rest_actuators(true);
   double limit = largest_change;
   if (!evaluate()) return none_near();
@@ -221,6 +228,10 @@ Rest RestSearch::find() {
       continue;
     }
     limit = std::min(largest_change, 2 * limit);
+    if (along_stiff) {
+      substitute();
+      size_ = std::min(size_, scaled(step_.data()) / length_);
+    }
     length_ = std::clamp(length_ * std::clamp(2 * size_before / size_, 1.0 / 64, 8.0), shortest, longest);
   }
   return none_near();
@@ -236,9 +247,14 @@ Rest find_rest(System& system, const std::vector<double>& scales, double time, d
       return {plan.joints[i].prescribed ? Rest::End::motion_moves : Rest::End::start_moves, i, 0};
   if (system.nv() == 0) return {};
   std::vector<double> given(y, y + system.size());
-  const Rest rest = RestSearch(system, scales, time, y).find();
+  const auto search = [&](bool along_stiff) {
+    const Rest rest = RestSearch(system, scales, time, y).find(along_stiff);
+    if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
+    return rest;
+  };
+  Rest rest = search(false);
+  if (rest.end != Rest::End::found) rest = search(true);
   if (system.actuators()) system.actuators()->set_rest(y);
-  if (rest.end != Rest::End::found) std::copy(given.begin(), given.end(), y);
   return rest;
 }
 

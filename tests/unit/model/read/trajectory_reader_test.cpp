@@ -71,7 +71,8 @@ TEST(trajectory_reader, refuses_what_it_cannot_use) {
             Lines{"11: trajectory 1: q must be as long as time, 2 numbers, got 1"});
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\n").size(), 2u);
   EXPECT_EQ(with("joint = 'a'\ntype = 'table'\nfile = '../a.csv'\n"),
-            Lines{"11: trajectory 1: file '../a.csv' must be the name of a file in the model file's folder"});
+            Lines{"11: trajectory 1: file '../a.csv' has a name that is not allowed; it must be a file "
+                  "beside the model file"});
   EXPECT_EQ(
       with("joint = 'a'\ntype = 'table'\nfile = 'none.csv'\n"),
       Lines{"11: trajectory 1: file 'none.csv' does not exist; it must be a file beside the model file"});
