@@ -157,7 +157,7 @@ struct PlanStructure {
   bool plain = false;      // no constraints, forces between bodies, ports or prescribed joints
   std::vector<int> balls;  // chart joint of each spherical joint; its z, x and y joints follow it
   std::vector<CouplingPlan> couplings;  // rigid
-  std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; may be empty
+  std::vector<double> joint_units;      // 1 rad, or the scale of a prismatic joint, m; empty without clusters
   std::vector<std::vector<MultiplierPart>> coupling_multipliers;  // per coupling of the model
   std::vector<ElasticCouplingPlan> elastic_couplings;
   std::vector<RotorPlan> rotors;  // rotors with gyroscopic moments

@@ -9,24 +9,35 @@ namespace {
 
 using test::Vector;
 
-// Starts at `distance` from a configuration that satisfies the constraints; the projection corrects position
-// and velocity.
+// A state at `distance` from a configuration that satisfies the constraints, with velocities that violate
+// them.
+std::vector<double> open_state(const System& system, const Vector& closed, double distance,
+                               test::Random& random) {
+  std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
+  for (Eigen::Index i = 0; i < closed.size(); ++i) {
+    y[i] = closed[i] + random.between(-distance, distance);
+    y[closed.size() + i] = random.between(-1, 1);
+  }
+  return y;
+}
+
+// The projections, in the mass metric and within a step, correct position and velocity.
 void expect_projection_closes(const Model& model, const Vector& closed, double distance,
                               test::Random& random) {
   const Plan<double> plan(model);
   System system(plan, true);
-  const int n = plan.nv;
-  std::vector<double> y(static_cast<std::size_t>(system.size()), 0.0);
-  for (int i = 0; i < n; ++i) {
-    y[i] = closed[i] + random.between(-distance, distance);
-    y[n + i] = random.between(-1, 1);
+  const std::vector<double> open = open_state(system, closed, distance, random);
+  for (const bool within_step : {false, true}) {
+    std::vector<double> y = open;
+    ASSERT_TRUE(within_step ? system.close_within_step(0, y.data())
+                            : system.project(0, y.data(), nullptr) == Status::ok);
+    test::Evaluate<double> tree(model);
+    const Vector q = Eigen::Map<Vector>(y.data(), plan.nv),
+                 qd = Eigen::Map<Vector>(y.data() + plan.nv, plan.nv);
+    EXPECT_LT(tree.residual(q, qd).lpNorm<Eigen::Infinity>(), 1e-12);
+    EXPECT_LT(tree.rate(q, qd).lpNorm<Eigen::Infinity>(), 1e-11);
+    EXPECT_LT((q - closed).lpNorm<Eigen::Infinity>(), 100 * distance);
   }
-  ASSERT_EQ(system.project(0, y.data(), nullptr), Status::ok);
-  test::Evaluate<double> tree(model);
-  const Vector q = Eigen::Map<Vector>(y.data(), n), qd = Eigen::Map<Vector>(y.data() + n, n);
-  EXPECT_LT(tree.residual(q, qd).lpNorm<Eigen::Infinity>(), 1e-12);
-  EXPECT_LT(tree.rate(q, qd).lpNorm<Eigen::Infinity>(), 1e-11);
-  EXPECT_LT((q - closed).lpNorm<Eigen::Infinity>(), 100 * distance);
 }
 
 class Projection : public testing::TestWithParam<unsigned> {
@@ -49,6 +60,28 @@ TEST_P(Projection, closes_a_spatial_loop_on_a_moving_root) {
   const Vector q = test::vector_of(random.numbers(9, 1));
   model.loops.push_back(test::closed_loop(random, LoopType::universal, 1, 8, test::poses_at(model, q)));
   expect_projection_closes(model, q, 1e-4, random);
+}
+
+// delta = U^2 J^T lambda, U: the units of the joints, with J from differences of the residuals.
+TEST_P(Projection, moves_the_joints_least_within_a_step) {
+  Model model = test::serial_chain(9, false);
+  const Vector closed = test::vector_of(random.numbers(9, 1));
+  model.loops.push_back(test::closed_loop(random, LoopType::universal, 1, 8, test::poses_at(model, closed)));
+  const Plan<double> plan(model);
+  System system(plan, true);
+  std::vector<double> y = open_state(system, closed, 1e-6, random);
+  const std::vector<double> open = y;
+  ASSERT_TRUE(system.close_within_step(0, y.data()));
+  const Vector unit = test::vector_of(plan.joint_units);
+  const auto J = test::loop_jacobian(model, Eigen::Map<Vector>(y.data(), 9));
+  const test::Matrix scaled = unit.asDiagonal() * J.transpose();
+  for (const int part : {0, 9}) {  // q, qd
+    const Vector change = Eigen::Map<const Vector>(&y[part], 9) - Eigen::Map<const Vector>(&open[part], 9);
+    const Vector in_units = change.cwiseQuotient(unit);
+    const Vector lambda = (scaled.transpose() * scaled).ldlt().solve(scaled.transpose() * in_units);
+    EXPECT_LT((in_units - scaled * lambda).norm(), 1e-4 * in_units.norm());
+    EXPECT_GT(in_units.norm(), 1e-7);
+  }
 }
 
 TEST_P(Projection, closes_overlapping_loops) {

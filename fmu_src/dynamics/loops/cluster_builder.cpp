@@ -359,14 +359,14 @@ void build_clusters(const Model& model, Plan<double>& plan) {
   const ClusterBuilder builder(model, parents, plan.carrier, rows, couplings);
   std::vector<int> coupling_rows(couplings.rows.size());
   for (const auto& group : builder.groups()) add_cluster(model, rows, builder, group, coupling_rows, plan);
-  if (!plan.clusters.empty()) set_elimination(plan);
-  if (plan.couplings.empty()) return;
-  plan.coupling_multipliers = couplings.multipliers;
-  for (auto& parts : plan.coupling_multipliers)
-    for (MultiplierPart& part : parts) part.row = coupling_rows[part.row];
+  if (plan.clusters.empty()) return;
+  set_elimination(plan);
   const Parameters<double> parameters = parameters_of(model);
   for (const auto& joint : plan.joints)
     plan.joint_units.push_back(motion_scale(model, parameters, joint.link));
+  plan.coupling_multipliers = couplings.multipliers;
+  for (auto& parts : plan.coupling_multipliers)
+    for (MultiplierPart& part : parts) part.row = coupling_rows[part.row];
 }
 
 }  // namespace redysim

@@ -345,10 +345,7 @@ Outcome Cvode::interpolate(double end) {
   else
     CVodeGetDky(memory_.get(), since, 0, error_.get());
   each_work(y, [&](StepWork& work, double& value, auto& power) { value = work.at(since, value, power); });
-  if (system_.has_constraints() &&
-      (system_.project(end, y, nullptr) != Status::ok || system_.loops_are_violated()))
-    return failure(end, reasons::loops_open);
-  return {};
+  return system_.close_within_step(end, y) ? Outcome() : failure(end, reasons::loops_open);
 }
 
 void Cvode::count_last_step() {

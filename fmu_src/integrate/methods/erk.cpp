@@ -279,7 +279,10 @@ void Erk::leave_last_step() {
 bool Erk::read(double share, double time, double* y) {
   slope_known_ = false;  // slope_ is that at the start of the step
   steps_.evaluate(share, candidate_);
-  if ((share == 1 || !system_.plan().loops.empty()) && !system_.close_loops(time, candidate_)) {
+  const bool closed = share == 1 || is_overconstrained()
+                          ? system_.close_loops(time, candidate_)
+                          : system_.plan().loops.empty() || system_.close_within_step(time, candidate_);
+  if (!closed) {
     passing_.length = 0;
     return false;
   }

@@ -3,6 +3,7 @@
 
 #include "dynamics/assembly/movability.hpp"
 #include "dynamics/compiled.hpp"
+#include "dynamics/loops/loop_levers.hpp"
 #include "integrate/system/system.hpp"
 #include "model/motion_scale.hpp"
 
@@ -37,15 +38,17 @@ namespace redysim {
   }
   if (!plan.balls.empty() || control_ || actuators_)
     recursion_inputs_.assign(static_cast<std::size_t>(input_layout_.force_size()), 0.0);
-  if (features::straight_line) allocate_for_line();
+  if (plan.has_constraints()) allocate_corrections();
+  if (features::straight_line && !features::taylor && !plan.resistances.empty())
+    line_inputs_.resize(static_cast<std::size_t>(input_layout_.recursion_size()));
   if (model) set_scales(*model, parameters_of(*model));
 }
 
-[[gnu::cold]] void System::allocate_for_line() {
-  if (!features::taylor && !plan_.resistances.empty())
-    line_inputs_.resize(static_cast<std::size_t>(input_layout_.recursion_size()));
-  if (!plan_.has_constraints()) return;
-  corrections_.assign(q_.size() * workspace_.loop.b.size(), 0.0);
+[[gnu::cold]] void System::allocate_corrections() {
+  const std::size_t rows = workspace_.loop.b.size();
+  if (!features::straight_line && !has_few_loop_rows(plan_)) return;
+  corrections_.assign(q_.size() * rows, 0.0);
+  gram_.resize(rows * rows);
   before_closing_.resize(static_cast<std::size_t>(size()));
 }
 

@@ -11,6 +11,7 @@
 #include "dynamics/energy.hpp"
 #include "dynamics/loops/coupling_rows.hpp"
 #include "dynamics/loops/loop_correction.hpp"
+#include "dynamics/loops/loop_levers.hpp"
 #include "dynamics/straight_line/straight_line.hpp"
 
 namespace redysim {
@@ -269,7 +270,7 @@ void System::hold_rank(bool hold) {
 void System::set_residuals(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   if constexpr (compiles_loops)
-    if (corrects_by_line_) return straight_line_residuals(plan_, at.q, at.qd, workspace_.loop);
+    if (corrects_by_matrix_) return straight_line_residuals(plan_, at.q, at.qd, workspace_.loop);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);
   set_constraint_residuals(plan_, workspace_, at.q, at.qd);
 }
@@ -286,7 +287,7 @@ bool System::has_clear_rank() const {
 
 Status System::project(double time, double* y, double* error, bool evaluated) {
   if (!plan_.has_constraints()) return Status::ok;
-  if (!error && close_by_line(time, y)) return Status::ok;
+  if (compiles_loops && !error && close_by_matrix(time, y)) return Status::ok;
   workspace_.loop.pivot_tolerance = projection_pivot_tolerance;
   const bool eliminated = evaluated && !features::straight_line && has_clear_rank();
   Status status = project_within_rank(time, y, error, eliminated);
@@ -299,37 +300,51 @@ Status System::project(double time, double* y, double* error, bool evaluated) {
   return status;
 }
 
-// `project` by straight-line code. False: it cannot close the loops, y is unchanged.
-bool System::close_by_line([[maybe_unused]] double time, [[maybe_unused]] double* y) {
-  if constexpr (compiles_loops) {
-    if (rank_is_held_ || !straight_line_corrections(plan_, coordinates(time, y).q, corrections_.data()))
-      return false;
-    std::copy_n(y, size(), before_closing_.begin());
-    corrects_by_line_ = true;
-    const Status status = project_within_rank(time, y, nullptr, true);
-    corrects_by_line_ = false;
-    if (status == Status::ok && !(relative_violation(workspace_.loop, false) > rank_violation)) return true;
-    std::copy(before_closing_.begin(), before_closing_.end(), y);
-  }
+bool System::close_within_step(double time, double* y) {
+  return (!compiles_loops && close_by_matrix(time, y) && !loops_are_violated()) || close_loops(time, y);
+}
+
+// `project` by one matrix for all corrections. False: it cannot close the loops, y is unchanged.
+bool System::close_by_matrix(double time, double* y) {
+  if (corrections_.empty() || rank_is_held_ || !set_corrections(time, y)) return false;
+  std::copy_n(y, size(), before_closing_.begin());
+  corrects_by_matrix_ = true;
+  const Status status = reduce_residuals(time, y);
+  corrects_by_matrix_ = false;
+  if (status == Status::ok && !(relative_violation(workspace_.loop, false) > rank_violation)) return true;
+  std::copy(before_closing_.begin(), before_closing_.end(), y);
   return false;
+}
+
+bool System::set_corrections(double time, const double* y) {
+  if constexpr (compiles_loops)
+    return straight_line_corrections(plan_, coordinates(time, y).q, corrections_.data());
+  set_residuals(time, y);
+  return factor_levers(plan_, workspace_, corrections_.data(), gram_.data());
 }
 
 Status System::project_within_rank(double time, double* y, double* error, bool eliminated) {
   // one elimination at the start is used for all corrections: they are small
   if (!eliminated && accelerations(time, y, qdd_.data()) != Status::ok) return Status::recoverable;
+  const Status status = reduce_residuals(time, y);
+  if (status == Status::ok && error != nullptr) project_error(error);
+  return status;
+}
+
+// Corrects q, then qd in y.
+Status System::reduce_residuals(double time, double* y) {
   charts_kept_ = true;
-  set_residuals(time, y);
+  if (compiles_loops || !corrects_by_matrix_) set_residuals(time, y);
   const double gap = reduce_residual(time, y, false), rate = reduce_residual(time, y, true);
   charts_kept_ = false;
-  if (!std::isfinite(gap + rate)) return Status::recoverable;
-  if (error != nullptr) project_error(error);
-  return Status::ok;
+  return std::isfinite(gap + rate) ? Status::ok : Status::recoverable;
 }
 
 // Corrects q or qd of the state by the residuals in ws.loop.b.
 void System::add_correction(double* y, bool velocity) {
-  if (compiles_loops && corrects_by_line_) {
-    const std::vector<double>& b = workspace_.loop.b;
+  if (corrects_by_matrix_) {
+    std::vector<double>& b = workspace_.loop.b;
+    if constexpr (!compiles_loops) solve_levers(gram_.data(), b);
     for (std::size_t i = 0; i < scratch_.size(); ++i)
       scratch_[i] = std::inner_product(b.begin(), b.end(), &corrections_[i * b.size()], 0.0);
   } else {

@@ -145,6 +145,8 @@ class System {
   bool close_loops(double time, double* y) {  // as project; false: a loop remains violated
     return !has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   }
+  // The same for a state within a step, from which no step starts: without masses where that is cheaper.
+  bool close_within_step(double time, double* y);
   // Projects a change of the state's velocities (nv()) onto the constraints (mass metric). Call after
   // `accelerations` at the same state.
   void project_velocity(double* velocity);
@@ -226,12 +228,14 @@ class System {
   Status accelerations(double time, const double* y, double* qdd);
   void set_residuals(double time, const double* y);
   bool has_clear_rank() const;
-  void allocate_for_line();
+  void allocate_corrections();
   bool evaluated_by_line() const { return features::straight_line && by_line_; }
   const double* line_inputs(const Coordinates& at);
   void complete_drive_forces(const Coordinates& at);
-  bool close_by_line(double time, double* y);
+  bool close_by_matrix(double time, double* y);
+  bool set_corrections(double time, const double* y);
   Status project_within_rank(double time, double* y, double* error, bool eliminated);
+  Status reduce_residuals(double time, double* y);
   double reduce_residual(double time, double* y, bool velocity);
   void expand_ball(int ball, const double* y);
   Coordinates coordinates_of_all(double time, const double* y);
@@ -276,10 +280,11 @@ class System {
   // Straight-line code (dynamics/straight_line/straight_line.hpp):
   std::vector<double> line_inputs_;  // with friction and stops; empty: none
   bool by_line_ = false;             // it computed the last right_hand_side
-  bool rank_is_held_ = false;        // it must not be used
-  bool corrects_by_line_ = false;    // during a projection by it
-  std::vector<double> corrections_;  // C, plan().nv x rows()
-  std::vector<double> before_closing_;
+  // Projection by matrices, see straight_line_corrections and dynamics/loops/loop_levers.hpp:
+  std::vector<double> corrections_;  // C or U^2 J^T, plan().nv x rows(); empty: none
+  std::vector<double> gram_, before_closing_;
+  bool corrects_by_matrix_ = false;  // during a projection
+  bool rank_is_held_ = false;        // they must not be used
   int failed_joint_ = -1;
   std::int64_t evaluations_ = 0;
 };
