@@ -18,6 +18,12 @@ REDYSIM_AVX2 void inverse_with_avx2(const Plan<double>& plan, Workspace<double>&
   inverse_dynamics(plan, ws, q, qd, qdd, tau);
 }
 
+[[gnu::noinline]] void plain_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws,
+                                              const double* q, const double* qd, const double* qdd,
+                                              double* tau) {
+  inverse_dynamics(plan, ws, q, qd, qdd, tau);
+}
+
 }  // namespace
 
 void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,

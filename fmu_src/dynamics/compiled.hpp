@@ -16,11 +16,9 @@ void compiled_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, 
 void compiled_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                                const double* qd, const double* qdd, double* tau);
 
-// The same without AVX2, for any processor.
+// compiled_forward_dynamics without AVX2, for any processor.
 void plain_forward_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
                             const double* qd, const double* inputs, double* qdd);
-void plain_inverse_dynamics(const Plan<double>& plan, Workspace<double>& ws, const double* q,
-                            const double* qd, const double* qdd, double* tau);
 
 // set_positions of dynamics/bias.hpp and set_ground_motion of dynamics/ground_motion.hpp, one version for all
 // processors.

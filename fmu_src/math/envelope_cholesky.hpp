@@ -59,7 +59,7 @@ class EnvelopeCholesky {
   // overwritten. A row is dependent if, after orthogonalization, no entry exceeds `sine_tolerance` times the
   // bounds that contributed to it. The units of rows and columns have no influence. Returns true if a
   // dependent row has a remainder larger than rounding, which a later row may explain.
-  bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
+  [[gnu::cold]] bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
 
   // Moves the dependent rows to the end until the next factor(), so that their components along all
   // independent rows are known. Returns false, without reordering, if the matrix is too large.
@@ -71,7 +71,7 @@ class EnvelopeCholesky {
   // Factor of S = B B^T by Gram-Schmidt on the rows of B (each row twice), which does not square the
   // condition number of B. B is row-major and is overwritten by Q with orthonormal rows, B = L Q. Dependent
   // rows: those of find_dependent().
-  void factor_product(Scalar* B, int columns);
+  [[gnu::cold]] void factor_product(Scalar* B, int columns);
 
   // Marks the rows omitted by the last factor_product() that find_dependent() shall keep until the next
   // factor(): those that b needs by more than the passage of a singular configuration, rounding and the

@@ -65,12 +65,13 @@ template <class Scalar>
   }
 }
 
-// Sets residuals and rates of all loops and rigid couplings, after a correction of q or qd. Does not change
-// the elimination in the workspace. Uses ws.ground.
+// Sets residuals and rates of all loops and rigid couplings, after a correction of q or qd. `with_sizes`:
+// also the magnitudes of the loops' terms, which small corrections do not change. Does not change the
+// elimination in the workspace. Uses ws.ground.
 template <class Scalar>
 void set_constraint_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const Scalar* q,
-                              const Scalar* qd) {
-  set_loop_residuals(plan, ws);
+                              const Scalar* qd, bool with_sizes = true) {
+  set_loop_residuals(plan, ws, with_sizes);
   if (plan.couplings.empty()) return;
   set_coupling_residuals(plan, ws.loop, q);
   set_coupling_rates(plan, ws.loop, qd);

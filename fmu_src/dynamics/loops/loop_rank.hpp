@@ -93,8 +93,8 @@ void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
 // Sets the levers J of all rows of a cluster and their bounds from the geometry, in the order of S. Each
 // column is divided by its maximum bound among the position rows.
 template <class Scalar>
-void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
+[[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
+                              const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
   std::fill(bound, bound + rows * columns, Scalar(0));

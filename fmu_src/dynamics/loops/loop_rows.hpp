@@ -207,17 +207,19 @@ LoopMagnitudes loop_magnitudes(const Plan<Scalar>& plan, const Workspace<Scalar>
   return size;
 }
 
-// Sets residuals and rates of the rows of loops, and the magnitudes of their terms.
+// Sets residuals and rates of the rows of loops and, `with_sizes`, the magnitudes of their terms.
 template <class Scalar>
-void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws) {
+void set_loop_residuals(const Plan<Scalar>& plan, Workspace<Scalar>& ws, bool with_sizes) {
   for (const auto& loop : plan.loops) {
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
-    const LoopMagnitudes magnitudes = loop_magnitudes(plan, ws, loop, geometry);
+    const LoopMagnitudes magnitudes =
+        with_sizes ? loop_magnitudes(plan, ws, loop, geometry) : LoopMagnitudes();
     for (std::size_t k = 0; k < loop.rows.size(); ++k) {
       const std::size_t row = static_cast<std::size_t>(loop.first_row) + k;
       const RowViolation<Scalar> values = row_violation(geometry, loop.rows[k]);
       ws.loop.residual[row] = values.residual;
       ws.loop.rate[row] = values.rate;
+      if (!with_sizes) continue;
       const bool turns = loop.rows[k].kind == ConstraintRow<Scalar>::Kind::rotation;
       ws.loop.residual_size[row] = turns ? 1 : magnitudes.distance;
       ws.loop.rate_size[row] = turns ? magnitudes.spin : magnitudes.speed;

@@ -267,12 +267,12 @@ void System::hold_rank(bool hold) {
   for (auto& S : workspace_.loop.S) S.hold_rank(hold);
 }
 
-void System::set_residuals(double time, const double* y) {
+void System::set_residuals(double time, const double* y, bool with_sizes) {
   const Coordinates at = coordinates(time, y);
   if constexpr (compiles_loops)
     if (corrects_by_matrix_) return straight_line_residuals(plan_, at.q, at.qd, workspace_.loop);
   compiled_ground_motion(plan_, workspace_, at.q, at.qd);
-  set_constraint_residuals(plan_, workspace_, at.q, at.qd);
+  set_constraint_residuals(plan_, workspace_, at.q, at.qd, with_sizes);
 }
 
 // Whether no row was near dependence in the last elimination, so that no pivot tolerance changes it.
@@ -380,7 +380,7 @@ double System::reduce_residual(double time, double* y, bool velocity) {
   for (int k = 0; k < projection_iterations && progress_.goes_on(workspace_.loop, velocity, rounding); ++k) {
     for (std::size_t row = 0; row < residual.size(); ++row) workspace_.loop.b[row] = -residual[row];
     add_correction(y, velocity);
-    set_residuals(time, y);
+    set_residuals(time, y, false);
   }
   return relative_violation(workspace_.loop, velocity);
 }
@@ -390,7 +390,7 @@ double System::reduce_residual(double time, double* y, bool velocity) {
 void System::make_tangential(double* velocity) {
   // the rates of the rows are linear in the velocity
   set_ground_motion(plan_, workspace_, velocity);
-  set_loop_residuals(plan_, workspace_);
+  set_loop_residuals(plan_, workspace_, false);
   if (!plan_.couplings.empty()) set_coupling_rates(plan_, workspace_.loop, velocity);
   for (std::size_t row = 0; row < workspace_.loop.b.size(); ++row)
     workspace_.loop.b[row] = -workspace_.loop.rate[row];

@@ -226,7 +226,7 @@ class System {
   void set_actuator_scales(const Parameters<double>& parameters);
   template <bool fill_workspace>
   Status accelerations(double time, const double* y, double* qdd);
-  void set_residuals(double time, const double* y);
+  void set_residuals(double time, const double* y, bool with_sizes = true);
   bool has_clear_rank() const;
   void allocate_corrections();
   bool evaluated_by_line() const { return features::straight_line && by_line_; }
