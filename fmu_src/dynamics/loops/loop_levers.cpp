@@ -15,36 +15,47 @@ struct Line {
   Vec3<double> point, force, moment;
 };
 
-// Adds the levers of a wrench on a body to the column `row` of J^T, times the units of the joints.
-void add_levers(const Plan<double>& plan, const Workspace<double>& ws, int body, int root, const Line& line,
-                double sign, double* column, std::size_t rows) {
-  for (; body != root; body = plan.joints[body].parent) {
-    const JointPlan<double>& joint = plan.joints[body];
-    if (joint.prescribed) continue;
-    const GroundState<double>& state = ws.ground[body];
-    const Vec3<double> axis = state.rotation.col(2);
-    double lever = 0;
-    if (turns(joint)) lever = axis.dot(line.moment + (line.point - state.position).cross(line.force));
-    if (slides(joint)) lever += advance(joint) * axis.dot(line.force);
-    column[static_cast<std::size_t>(body) * rows] += sign * plan.joint_units[body] * lever;
-  }
-}
+// U J^T, nv x rows.
+class Levers {
+ public:
+  Levers(const Plan<double>& plan, const Workspace<double>& ws, double* entries)
+      : plan_(plan), ws_(ws), entries_(entries), rows_(ws.loop.b.size()) {}
 
-void add_row(const Plan<double>& plan, const Workspace<double>& ws, const LoopPlan<double>& loop,
-             const LoopGeometry<double>& g, const ConstraintRow<double>& row, double* column,
-             std::size_t rows) {
-  Line on_a{g.point_b.position, Vec3<double>::Zero(), Vec3<double>::Zero()}, on_b = on_a;
-  if (row.kind == ConstraintRow<double>::Kind::rotation) {
-    on_b.moment = product(g.b.rotation, row.v).cross(product(g.a.rotation, row.u));
-    on_a.moment = on_b.moment;
-  } else {
-    const bool on_body = row.kind == ConstraintRow<double>::Kind::position_on_a;
-    on_a.force = on_b.force = on_body ? product(g.a.rotation, row.u) : row.u;
-    if (!on_body) on_a.point = g.point_a.position;
+  void add_row(const LoopPlan<double>& loop, const LoopGeometry<double>& g, std::size_t k) {
+    const ConstraintRow<double>& row = loop.rows[k];
+    column_ = entries_ + loop.first_row + k;
+    Line on_a{g.point_b.position, Vec3<double>::Zero(), Vec3<double>::Zero()}, on_b = on_a;
+    if (row.kind == ConstraintRow<double>::Kind::rotation) {
+      on_b.moment = product(g.b.rotation, row.v).cross(product(g.a.rotation, row.u));
+      on_a.moment = on_b.moment;
+    } else {
+      const bool on_body = row.kind == ConstraintRow<double>::Kind::position_on_a;
+      on_a.force = on_b.force = on_body ? product(g.a.rotation, row.u) : row.u;
+      if (!on_body) on_a.point = g.point_a.position;
+    }
+    add_path(loop.body_a, loop.root, on_a, -1);
+    add_path(loop.body_b, loop.root, on_b, 1);
   }
-  add_levers(plan, ws, loop.body_a, loop.root, on_a, -1, column, rows);
-  add_levers(plan, ws, loop.body_b, loop.root, on_b, 1, column, rows);
-}
+
+ private:
+  void add_path(int body, int root, const Line& line, double sign) {
+    for (; body != root; body = plan_.joints[body].parent) {
+      const JointPlan<double>& joint = plan_.joints[body];
+      if (joint.prescribed) continue;
+      const GroundState<double>& state = ws_.ground[body];
+      const Vec3<double> axis = state.rotation.col(2);
+      double lever = 0;
+      if (turns(joint)) lever = axis.dot(line.moment + (line.point - state.position).cross(line.force));
+      if (slides(joint)) lever += advance(joint) * axis.dot(line.force);
+      column_[static_cast<std::size_t>(body) * rows_] += sign * plan_.joint_units[body] * lever;
+    }
+  }
+
+  const Plan<double>& plan_;
+  const Workspace<double>& ws_;
+  double *entries_, *column_ = nullptr;
+  std::size_t rows_;
+};
 
 // Replaces a symmetric matrix (lower part) by its Cholesky factor. False: a pivot is small compared with its
 // diagonal.
@@ -69,10 +80,10 @@ bool factor_levers(const Plan<double>& plan, const Workspace<double>& ws, double
   const std::size_t rows = ws.loop.b.size(), joints = plan.joints.size();
   std::fill_n(levers, joints * rows, 0.0);
   std::fill_n(gram, rows * rows, 0.0);
+  Levers scaled(plan, ws, levers);
   for (const LoopPlan<double>& loop : plan.loops) {
     const LoopGeometry<double> geometry = loop_geometry(loop, ws);
-    for (std::size_t k = 0; k < loop.rows.size(); ++k)
-      add_row(plan, ws, loop, geometry, loop.rows[k], levers + loop.first_row + k, rows);
+    for (std::size_t k = 0; k < loop.rows.size(); ++k) scaled.add_row(loop, geometry, k);
   }
   for (std::size_t i = 0; i < joints; ++i)
     for (std::size_t r = 0; r < rows; ++r)
