@@ -12,7 +12,7 @@ namespace redysim {
 
 // Whether the loops have few rows, which one dense matrix holds, and there are no rigid couplings.
 inline bool has_few_loop_rows(const Plan<double>& plan) {
-  constexpr int most_rows = 32;
+  constexpr int most_rows = 16;
   return plan.couplings.empty() && !plan.loops.empty() &&
          plan.loops.back().first_row + static_cast<int>(plan.loops.back().rows.size()) <= most_rows;
 }
