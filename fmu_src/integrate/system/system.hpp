@@ -145,7 +145,7 @@ class System {
   bool close_loops(double time, double* y) {  // as project; false: a loop remains violated
     return !has_constraints() || (project(time, y, nullptr) == Status::ok && !loops_are_violated());
   }
-  // The same for a state within a step, from which no step starts: without masses where that is cheaper.
+  // The same for an output within a step, without masses where that is cheaper.
   bool close_within_step(double time, double* y);
   // Projects a change of the state's velocities (nv()) onto the constraints (mass metric). Call after
   // `accelerations` at the same state.
