@@ -56,7 +56,7 @@ def stages(folder: Path) -> list[Stage]:
             1,
         ),
         Stage("accuracy", "accuracy", ("accuracy.py",), (), "accuracy.txt", 5, 0.2),
-        Stage("parts", "cost of unused parts", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 50, 14),
+        Stage("parts", "cost of unused parts", ("parts.py",), ("--no-time", "-p", "all_these"), "parts.txt", 50, 27),
         Stage("straight_line", "libraries for one model", ("straight_line.py",), ("-r", "3", "--no-library"), "straight_line.txt", 6, 2),
         Stage(
             "peers",

@@ -9,14 +9,11 @@ from dataclasses import dataclass
 SIZES = (1, 2, 6, 7, 30, 100, 1000)
 PART_WORDS = {
     "loops": "closed loops",
-    "springs": "springs between bodies",
-    "friction": "dry friction and stops",
-    "ports": "forces at frames",
-    "motion": "prescribed motion",
+    "forces_between_bodies": "springs, bushings, contact, forces at frames",
+    "drives": "friction and stops, actuators, prescribed motion, controllers",
     "spherical": "spherical joints",
-    "control": "trajectories and controllers",
     "energies": "energies and work",
-    "multistep_and_implicit": "`adams`, `dirk`, `bdf`, `auto`",
+    "other_methods": "all methods except `erk`",
     "all_these": "all of these",
 }
 
