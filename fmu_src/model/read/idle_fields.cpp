@@ -57,7 +57,10 @@ class IdleFields {
           section.warn("joint", "this actuator has no effect without further fields");
       }
     }
-    if (const Value* fmu = document_.find("fmu")) check_outputs(*fmu);
+    if (const Value* fmu = document_.find("fmu")) {
+      check_outputs(*fmu);
+      check_targets(*fmu);
+    }
   }
 
  private:
@@ -104,6 +107,13 @@ class IdleFields {
       for (const auto& [group, is_empty, without] : groups)
         if (is_empty && word == group)
           findings_.warn(place, "fmu: outputs '" + word + "' has no effect without " + without);
+  }
+
+  void check_targets(const Value& fmu) {
+    for (const auto& [name, place] : Section(fmu, "fmu", findings_).texts("tunable"))
+      for (const Trajectory& trajectory : model_.trajectories)
+        if (name == model_.links[trajectory.link].joint.name + ".target")
+          findings_.warn(place, "fmu: tunable '" + name + "' has no effect: its joint follows a trajectory");
   }
 
   // Only rotating joints, and of joints with several DOF those whose coordinates are all angles.

@@ -47,12 +47,17 @@ std::vector<double> mean_accelerations(const MotionTable& table) {
 // Column indices of a table; -1: absent.
 struct Columns {
   int time = -1, q = -1, qd = -1, qdd = -1;
+  std::string repeated;  // name of several columns
 
   Columns(const std::vector<std::string>& names, const std::string& joint) {
-    const auto find = [&names](const std::string& name) {
-      for (std::size_t i = 0; i < names.size(); ++i)
-        if (names[i] == name) return static_cast<int>(i);
-      return -1;
+    const auto find = [&](const std::string& name) {
+      int found = -1;
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i] != name) continue;
+        if (found >= 0) repeated = name;
+        found = static_cast<int>(i);
+      }
+      return found;
     };
     const auto of_joint = [&](const std::string& what) {
       const int own = find(joint + "." + what);
@@ -170,6 +175,7 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
     const Columns columns(names, joint);
     if (columns.time < 0) return "has no column 'time' in its header";
     if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its header";
+    if (!columns.repeated.empty()) return "has several columns '" + columns.repeated + "'";
     const std::pair<int, std::vector<double>*> wanted[] = {{columns.time, &table.time},
                                                            {columns.q, &table.q},
                                                            {columns.qd, &table.qd},
