@@ -253,11 +253,14 @@ def imbalance(energies: np.ndarray, slave: Slave) -> float:
     return np.abs(balance).max() / scale if scale and not driven else 0.0
 
 
+def has_jumps(runner: Runner) -> bool:
+    """Forces jump where a bushing passes half a turn or a corner changes its face."""
+    return "bushing" in runner.file or any({"box"} == {pair.get("shape_a"), pair.get("shape_b")} for pair in runner.file.get("contact", []))
+
+
 def balance_bound(runner: Runner) -> float:
-    """Forces jump where a bushing passes half a turn or a corner changes its face; the work of prescribed motions, of short impacts too, is in no error test."""
-    boxes = any({"box"} == {pair.get("shape_a"), pair.get("shape_b")} for pair in runner.file.get("contact", []))
-    unsteady = ("bushing" in runner.file or boxes) + any(dof.prescribed for dof in runner.scene.dofs)
-    return (100e-9, 1e-5, math.inf)[unsteady]
+    """The work of prescribed motions, of short impacts too, is in no error test."""
+    return (100e-9, 1e-5, math.inf)[has_jumps(runner) + any(dof.prescribed for dof in runner.scene.dofs)]
 
 
 def restored(runner: Runner) -> str:
@@ -374,22 +377,30 @@ def judge(runner: Runner, folder: Path, exchange: bool) -> list[str]:
     if distance(fine, finer) > 0.3 * slack:
         found.append(f"tolerance: 1e-6 {distance(coarse, finer):.1e}, 1e-9 {distance(fine, finer):.1e}")
     for length, time in ((2.0**-20, 2.0**-10), (2.0**10, 2.0**5), (2.0**-20, 1.0)):
-        other, theirs, last = runner.go(1e-9, length, time)
-        if distance(other, fine) > max(0.1 * slack, 10 * distance(fine, finer)):
+        # the error estimate of a single step can miss a jump, which other steps see
+        for rtol in (1e-9, 5e-10) if has_jumps(runner) else (1e-9,):
+            other, theirs, last = runner.go(rtol, length, time)
+            off, unbalanced = distance(other, fine), imbalance(theirs, last)
+            last.free()
+            if off <= max(0.1 * slack, 10 * distance(fine, finer)):
+                break
+        else:
             found.append(
-                f"size {length:.0e}, time {time:.0e}: {distance(other, fine):.1e} (1e-6: {distance(coarse, fine):.1e}, 1e-11: {distance(fine, finer):.1e})"
+                f"size {length:.0e}, time {time:.0e}: {off:.1e} (1e-6: {distance(coarse, fine):.1e}, 1e-11: {distance(fine, finer):.1e})"
             )
-        if imbalance(theirs, last) > balance_bound(runner):
-            found.append(f"energy at size {length:.0e}, time {time:.0e}: {imbalance(theirs, last):.1e}")
-        last.free()
+        if unbalanced > balance_bound(runner):
+            found.append(f"energy at size {length:.0e}, time {time:.0e}: {unbalanced:.1e}")
     found += [text for text in [restored(runner)] if text]
     if exchange and not any(name.endswith(".qdd") for name in runner.inputs):  # which continue between steps in co-simulation only
         try:
             loose, tight = (distance(exchanged(runner, folder, rtol), finer) for rtol in (1e-6, 1e-9))
+            if tight > max(1e-6, 0.3 * slack, 0.1 * loose):
+                # of a chaotic motion both may differ completely
+                tighter = distance(exchanged(runner, folder, 1e-11), finer)
+                if tighter > 0.1 * tight:
+                    found.append(f"model exchange: {loose:.1e} at 1e-6, {tight:.1e} at 1e-9, {tighter:.1e} at 1e-11")
         except RuntimeError:  # more than CVode's 500 steps
             return found
-        if tight > max(1e-6, 0.3 * slack, 0.1 * loose):
-            found.append(f"model exchange: {loose:.1e} at 1e-6, {tight:.1e} at 1e-9")
     return found
 
 

@@ -92,7 +92,8 @@ TEST(idle_fields, do_not_exist_in_the_shipped_models) {
 }
 
 TEST(idle_fields, a_target_of_a_joint_with_a_trajectory_is_named) {
-  const std::string law = "[controller]\nlaw = 'pd'\nkp = 1\nkd = 1\n", set = "[fmu]\ntunable = ['a.target']\n";
+  const std::string law = "[controller]\nlaw = 'pd'\nkp = 1\nkd = 1\n",
+                    set = "[fmu]\ntunable = ['a.target']\n";
   EXPECT_EQ(idle(arm + law + set), Lines());
   EXPECT_EQ(idle(arm + move + "to = 1\n" + law + set),
             Lines{"16: fmu: tunable 'a.target' has no effect: its joint follows a trajectory"});
