@@ -213,3 +213,23 @@ def test_driven_loops_follow_their_motion(built):
             assert tool.set("crank_joint.q", angle) == OK
             if k % 2:
                 assert not tool.completed_step()
+
+
+@pytest.mark.parametrize(("interval", "warns"), [(0.1, True), (0.01, False)])
+def test_a_passed_singular_configuration_of_the_coordinates_causes_a_warning(fmu_file, interval, warns):
+    """FMPy completes steps at output points only; within an interval of 0.1 s the coordinates become singular."""
+    from fmpy import simulate_fmu
+
+    said: list[str] = []
+    result = simulate_fmu(
+        str(fmu_file("three_rrr")),
+        fmi_type="ModelExchange",
+        stop_time=1,
+        output_interval=interval,
+        relative_tolerance=1e-6,
+        output=["energy.balance"],
+        logger=lambda component, instance, status, category, message: said.append(message.decode()),
+        debug_logging=True,
+    )
+    assert any("complete steps more often" in message for message in said) == warns
+    assert (abs(result["energy.balance"][-1]) > 0.01) == warns  # J

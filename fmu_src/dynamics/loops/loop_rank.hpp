@@ -169,8 +169,8 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 // masses: a nearly massless link makes a diagonal entry of S arbitrarily large. Rarely called; not inlined,
 // for size.
 template <class Scalar>
-[[gnu::noinline]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
-                                        std::size_t cluster_index) {
+[[gnu::cold, gnu::noinline]] void factor_by_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws,
+                                                   std::size_t cluster_index) {
   const ClusterPlan& cluster = plan.clusters[cluster_index];
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];

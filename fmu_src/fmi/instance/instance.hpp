@@ -137,7 +137,8 @@ class Instance {
   GivenState& given() const;
   std::string objection_to_states(const double* array, std::size_t count);
   bool is_stretched() const;
-  bool should_choose();
+  bool should_choose(double accepted);
+  void report_singular(Function function);
   void states_given();
   std::string settle_states(bool& changed);
 

@@ -36,9 +36,21 @@ bool Instance::is_stretched() const {
   return given().stretch() > std::clamp(100 * tolerance, 1e-8, 1e-3);
 }
 
-bool Instance::should_choose() {
+bool Instance::should_choose(double accepted) {
   return simulation_.system.has_constraints() &&
-         simulation_.independent().should_choose(simulation_.time, state_.y());
+         simulation_.independent().should_choose(simulation_.time, state_.y(), accepted);
+}
+
+// Tools that complete steps rarely, such as FMPy, can pass singular configurations of the coordinates.
+void Instance::report_singular(Function function) {
+  const char* what =
+      "complete steps more often: the motion can be wrong near singular independent coordinates";
+  if (loops_are_singular())
+    what = singular_loops;
+  else if (!given().is_far() || !should_choose(IndependentCoordinates::nearly_singular))
+    return;
+  log_.warning(name_of(function) + ": " + what + ", at " + shown(simulation_.time) + " s");
+  singular_is_reported_ = true;
 }
 
 // Normalises quaternions and chooses new independent coordinates if necessary. Returns why the loop
@@ -48,7 +60,7 @@ std::string Instance::settle_states(bool& changed) {
   const double* y = state_.y();
   if (!state_.can_follow())
     return "the loop constraints cannot be satisfied at " + shown(simulation_.time) + " s";
-  const bool chosen = should_choose();
+  const bool chosen = should_choose(IndependentCoordinates::usual);
   changed = stretched || chosen;
   given().keep(y);
   if (stretched) given().normalise();
@@ -110,7 +122,7 @@ fmi2Status Instance::completed_integrator_step(fmi2Boolean* enter_event_mode, fm
   const double* y = state_.y();
   const bool is_closed = state_.can_follow();
   if (is_closed) given().completed_step(y);
-  *enter_event_mode = is_closed && (is_stretched() || should_choose());
+  *enter_event_mode = is_closed && (is_stretched() || should_choose(IndependentCoordinates::usual));
   *terminate = fmi2False;
   if (simulation_.system.has_constraints()) states_given();
   return fmi2OK;
@@ -178,10 +190,7 @@ fmi2Status Instance::get_derivatives(double* derivatives, std::size_t count) {
   if (!why.empty()) return refuse(function, why);
   why = values_.update(Needs::slopes);
   if (!why.empty()) return discard(function, why, derivatives, count);
-  if (!singular_is_reported_ && loops_are_singular()) {
-    log_.warning(name_of(function) + ": " + singular_loops + ", at " + shown(simulation_.time) + " s");
-    singular_is_reported_ = true;
-  }
+  if (!singular_is_reported_) report_singular(function);
   const IndependentCoordinates& of = state_.independent();
   const double* slopes = values_.slopes().data();
   for (int i : of.kept()) *derivatives++ = slopes[i];

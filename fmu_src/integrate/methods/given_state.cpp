@@ -62,7 +62,8 @@ bool GivenState::set(const double* states) {
 
 bool GivenState::close(double time, double* y) {
   const bool closed = close_from(completed_, time, y);
-  if (closed && !coordinates_.was_far()) return true;
+  is_far_ = !closed || coordinates_.was_far();
+  if (!is_far_) return true;
   if (completes_steps_ == 0) {
     if (!closed) return false;
     keep(y);

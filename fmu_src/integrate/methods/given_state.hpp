@@ -33,7 +33,8 @@ class GivenState final : public Integrator {
   // is far, from the last state that was. False: not possible. If the master completes no steps, y replaces
   // the stored state there.
   bool close(double time, double* y);
-  void keep(const double* y);  // replaces the stored state by one that satisfies the constraints
+  bool is_far() const { return is_far_; }  // the last `close` needed several moves from the completed step
+  void keep(const double* y);              // replaces the stored state by one that satisfies the constraints
   void completed_step(const double* y) {
     completes_steps_ = 1;
     keep(y);
@@ -59,7 +60,8 @@ class GivenState final : public Integrator {
   IndependentCoordinates& coordinates_;
   std::vector<double> y_, independent_;  // independent_: positions, then velocities
   std::uint8_t completes_steps_ = 0;     // 1: the master does
-  Start completed_, far_;                // the stored state; the last one far from it, or the same
+  bool is_far_ = false;
+  Start completed_, far_;  // the stored state; the last one far from it, or the same
   Statistics statistics_;
 };
 

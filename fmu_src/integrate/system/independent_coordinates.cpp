@@ -179,10 +179,10 @@ void IndependentCoordinates::take(const std::vector<char>& independent) {
   }
 }
 
-bool IndependentCoordinates::should_choose(double time, const double* y) {
-  constexpr double accepted = 5, nearly_singular = 0.5;  // leverage; cosine of a chart's second angle
+bool IndependentCoordinates::should_choose(double time, const double* y, double accepted) {
+  const double least = 0.5 * usual / accepted;  // cosine of a chart's second angle
   for (int ball = 0; ball < system_.balls(); ++ball)
-    if (is_in_cluster(ball) && std::cos(motion_of(ball, y).angles.theta) < nearly_singular) return true;
+    if (is_in_cluster(ball) && std::cos(motion_of(ball, y).angles.theta) < least) return true;
   expand(time, y);
   for (const auto& of : clusters_) {
     std::vector<int> joints = of->dependent;

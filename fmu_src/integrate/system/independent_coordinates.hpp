@@ -36,9 +36,10 @@ class IndependentCoordinates {
 
   // Chooses the coordinates on which the others depend least, at a state that satisfies the constraints.
   void choose(double time, const double* y);
-  // Whether a dependent joint moves much more than the independent ones, in the units of the joints, and
-  // another choice would be better.
-  bool should_choose(double time, const double* y);
+  // Whether a dependent joint moves more than `accepted` times as much as the independent ones, in the units
+  // of the joints, and another choice would be better; or the same of the chart of a spherical joint.
+  static constexpr double usual = 5, nearly_singular = 50;
+  bool should_choose(double time, const double* y, double accepted);
 
   // Position, velocity and acceleration of an independent joint.
   struct Motion {

@@ -204,7 +204,7 @@ double System::power(const Coordinates& at, const double* qdd) {
   return power;
 }
 
-double System::port_power(const Coordinates& at, int port) const {
+[[gnu::cold]] double System::port_power(const Coordinates& at, int port) const {
   return redysim::port_power(plan_, workspace_, plan_.ports[port], at.qd,
                              input_layout_.port_wrench.of(recursion_inputs(), port));
 }
@@ -409,7 +409,7 @@ void System::project_error(double* error) {
   }
 }
 
-void System::project_velocity(double* velocity) {
+[[gnu::cold]] void System::project_velocity(double* velocity) {
   if (!plan_.has_constraints()) return;
   std::fill(drive_.begin(), drive_.end(), 0.0);
   for (int k = 0; k < simple(); ++k) drive_[integrated_[k]] = velocity[layout_.qd[k] - nq()];
@@ -457,7 +457,7 @@ double System::passed_touch(double time, const double* y, double h) {
   return energy;
 }
 
-double System::energy_scale(double time, const double* y) {
+[[gnu::cold]] double System::energy_scale(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   for (int i = 0; i < plan_.nv; ++i) scratch_[i] = at.qd[i] + std::copysign(1.0, at.qd[i]);
   for (int k = 0; k < simple(); ++k) {
@@ -474,7 +474,7 @@ double System::kinetic_energy(double time, const double* y) {
   return energy;
 }
 
-double System::potential_energy(double time, const double* y) {
+[[gnu::cold]] double System::potential_energy(double time, const double* y) {
   const Coordinates at = coordinates(time, y);
   double energy = redysim::potential_energy(plan_, workspace_, at.q, at.qd);
   for (int k = 0; actuators() && k < actuators_->size(); ++k)

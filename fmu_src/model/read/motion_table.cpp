@@ -175,7 +175,7 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
     const Columns columns(names, joint);
     if (columns.time < 0) return "has no column 'time' in its header";
     if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its header";
-    if (!columns.repeated.empty()) return "has several columns '" + columns.repeated + "'";
+    if (!columns.repeated.empty()) return "repeats column '" + columns.repeated + "'";
     const std::pair<int, std::vector<double>*> wanted[] = {{columns.time, &table.time},
                                                            {columns.q, &table.q},
                                                            {columns.qd, &table.qd},

@@ -205,7 +205,7 @@ TEST(motion_table, a_bad_csv_is_refused_with_its_line) {
   MotionTable table;
   EXPECT_EQ(read_csv("t,q\n0,1\n", "a", table), "has no column 'time' in its header");
   EXPECT_EQ(read_csv("time,b.q\n0,1\n", "a", table), "has no column 'a.q' or 'q' in its header");
-  EXPECT_EQ(read_csv("time,a.q,b.q,a.q\n0,1,2,3\n", "a", table), "has several columns 'a.q'");
+  EXPECT_EQ(read_csv("time,a.q,b.q,a.q\n0,1,2,3\n", "a", table), "repeats column 'a.q'");
   EXPECT_EQ(read_csv("time,q\n0,1\n1,x\n", "a", table), "has no number in column 'q' of line 3");
   EXPECT_EQ(read_csv("time,q\n0\n", "a", table), "has no number in column 'q' of line 2");
 }
