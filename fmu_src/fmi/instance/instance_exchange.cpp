@@ -47,7 +47,8 @@ void Instance::report_singular(Function function) {
       "complete steps more often: the motion can be wrong near singular independent coordinates";
   if (loops_are_singular())
     what = singular_loops;
-  else if (!given().is_far() || !should_choose(IndependentCoordinates::nearly_singular))
+  else if (!simulation_.integrator || !given().is_far() ||
+           !should_choose(IndependentCoordinates::nearly_singular))
     return;
   log_.warning(name_of(function) + ": " + what + ", at " + shown(simulation_.time) + " s");
   singular_is_reported_ = true;
