@@ -55,16 +55,6 @@ LEAST_PER_JOINT = 100  # instructions of a right-hand side; the recursion takes 
 TORQUE = 1e-3  # N m, change of an input
 
 
-def explicit(scene: str, folder: Path) -> Path:
-    """Writes a copy of the model without optional outputs, with the method erk."""
-    file = bare(ROOT / "models" / f"{scene}.toml", folder)
-    text, count = re.subn(r"(?m)^\[solver\]$", '[solver]\nmethod = "erk"', file.read_text(encoding="utf-8"))
-    if not count:
-        sys.exit(f"'{scene}' has no [solver]")
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
 def whole() -> Build:
     return Build(native.library(), native.describe_program())
 
@@ -159,7 +149,7 @@ def main() -> None:
     builds = build_each({name: tuple(part for part in ALL if part not in PARTS[name]) for name in options.parts})
     begin = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        models = {scene: explicit(scene, Path(folder)) for scene in options.scenes}
+        models = {scene: bare(ROOT / "models" / f"{scene}.toml", Path(folder), method="erk") for scene in options.scenes}
         uses = {scene: set(describe(model).features) for scene, model in models.items()}
         known = {scene: shared_figures(model, full) for scene, model in models.items()}
         for number, (part, other) in enumerate(((part, builds[part]) for part in options.parts if part in builds), 1):

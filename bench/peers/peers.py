@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import subprocess
 import sys
 import zipfile
@@ -145,11 +144,7 @@ class Peers:
         # the other simulators do not integrate the work
         folder = self.work / "-".join(filter(None, ("bare", method)))
         folder.mkdir(exist_ok=True)
-        model = bare(scene.model, folder, ("solver",))
-        if method:
-            text = re.sub(r"(?m)^method = .*\n", "", model.read_text(encoding="utf-8"))
-            line = f'[solver]\nmethod = "{method}"'
-            model.write_text(text.replace("[solver]", line) if "[solver]" in text else f"{text}\n{line}\n", encoding="utf-8")
+        model = bare(scene.model, folder, ("solver",), method)
         options = ["--specialise"] if method else []
         return fmu_command(self.programs / "fmu_runner", model, folder, scene.rows, scene.step, scene.torques, *options)
 
