@@ -49,6 +49,7 @@ struct Columns {
   int time = -1, q = -1, qd = -1, qdd = -1;
   std::string repeated;  // name of several columns
 
+  Columns() = default;
   Columns(const std::vector<std::string>& names, const std::string& joint) {
     const auto find = [&](const std::string& name) {
       int found = -1;
@@ -160,6 +161,7 @@ void interpolate(const MotionTable& table, Trajectory& trajectory) {
 
 std::string read_csv(const std::string& text, const std::string& joint, MotionTable& table) {
   std::vector<std::string> names;
+  Columns columns;
   std::size_t line_number = 0;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
@@ -170,9 +172,9 @@ std::string read_csv(const std::string& text, const std::string& joint, MotionTa
     if (!row[0].empty() && row[0].front() == '#') continue;
     if (names.empty()) {
       names = row;
+      columns = Columns(names, joint);
       continue;
     }
-    const Columns columns(names, joint);
     if (columns.time < 0) return "has no column 'time' in its header";
     if (columns.q < 0) return "has no column '" + joint + ".q' or 'q' in its header";
     if (!columns.repeated.empty()) return "repeats column '" + columns.repeated + "'";
