@@ -76,9 +76,11 @@ class EnvelopeCholesky {
   // Marks the rows omitted by the last factor_product() that find_dependent() shall keep until the next
   // factor(): those that b needs by more than the passage of a singular configuration, rounding and the
   // residuals explain (docs/derivations/loops.md, (8)). squared_bound: of the levers of each row;
-  // squared_spin: of the angular velocities. Returns whether there is a new one.
+  // squared_spin: of the angular velocities. squared_force: of the forces on the joints, in the metric of S.
+  // Returns whether there is a new one.
   [[gnu::cold, gnu::noinline]] bool mark_needed(const Scalar* b, const Scalar* residual,
-                                                const Scalar* squared_bound, double squared_spin);
+                                                const Scalar* squared_bound, double squared_spin,
+                                                double squared_force);
 
   // Solves S x = b in the least-squares sense. x has minimum norm, with each row in units of its scale. x and
   // b may be the same array.
@@ -358,10 +360,12 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
 
 template <class Scalar>
 bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residual,
-                                           const Scalar* squared_bound, double squared_spin) {
+                                           const Scalar* squared_bound, double squared_spin,
+                                           double squared_force) {
   constexpr double passage = 1e3, least = 1e-28, violation = 1e-2;
   EnvelopeCholesky& L = reordered_now_ ? reordered_[0] : *this;
-  double squared = 0;  // length of L^-1 b without the rows that may be close to a singular configuration
+  // length of the forces and of L^-1 b without the rows that may be close to a singular configuration
+  double squared = squared_force;
   bool any = false;
   for (int i = 0; i < size(); ++i) {
     int row = i;

@@ -36,6 +36,33 @@ point_b = [0, 0, 0.7]
 """
 
 
+# a loop at the centre of a ball joint constrains nothing; the rounding errors of its two points are a lever of 1e-16 m
+BALL = """
+name = "ball"
+gravity = [-1.7833591088057805, 8.849861410175807, -3.8387085471184865]
+angle_unit = "deg"
+[[link]]
+name = "ball"
+joint = "spherical"
+alpha = 163.9681329317199
+theta = -161.4368336866316
+d = -0.52248952315381
+mass = 0.31
+com = [0.007, -0.21, 0.083]
+inertia = [0.0198, 0.0131, 0.0205, -0.0028, 0.0003, -0.0002]
+q = [-17.6, 139.7, -22.6]
+"""
+CENTRE = """
+[[loop]]
+name = "centre"
+type = "spherical"
+link_a = "ball"
+link_b = "ground"
+point_a = [0, 0, 0]
+point_b = [0, %r, 0.5021689869736116]
+"""
+
+
 @pytest.fixture(scope="module")
 def library(tmp_path_factory) -> Library:
     return Library(tmp_path_factory.mktemp("scenes"))
@@ -59,6 +86,18 @@ def test_the_dense_formulation_knows_the_door():
         motion = dense.solve(dense.scene.start(), {})
         assert float(motion.qdd[0]) == pytest.approx(qdd, rel=1e-14)
         assert motion.rank == 0
+
+
+@pytest.mark.parametrize("off", [0, 1e-16, -1e-16, 1e-15])
+def test_a_loop_at_the_centre_of_a_ball_constrains_nothing(library, off):
+    inputs, shown = {"ball.tau[1]": 0.08, "ball.tau[2]": -0.1, "ball.tau[3]": 2.8}, '[fmu]\noutputs = ["acceleration"]\n'
+    accelerations = []
+    for text in (BALL, BALL + CENTRE % (0.14429695189917413 + off)):
+        library.load(text + shown)
+        values, _ = library.start(inputs)
+        accelerations.append([values[f"ball.alpha[{k}]"] for k in (1, 2, 3)])
+    assert accelerations[1] == pytest.approx(accelerations[0], rel=1e-12)
+    assert all(values[f"centre.lambda[{k}]"] == 0 for k in (1, 2, 3))
 
 
 def test_the_dense_formulation_knows_a_nut_on_a_thread():

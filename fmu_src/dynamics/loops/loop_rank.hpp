@@ -181,16 +181,22 @@ template <class Scalar>
     set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
     return S.find_dependent(B.data(), state.lever_bound.data(), columns, std::sqrt(state.pivot_tolerance));
   };
-  double squared_spin = 0;
-  for (const int i : cluster.joints)
-    squared_spin = std::max(squared_spin, value_of(ws.joints[i].omega.squaredNorm()));
+  double squared_spin = 0, squared_force = 0;
+  for (const int i : cluster.joints) {
+    const JointState<Scalar>& s = ws.joints[i];
+    squared_spin = std::max(squared_spin, value_of(s.omega.squaredNorm()));
+    if (plan.joints[i].prescribed) continue;
+    const double force =
+        std::abs(value_of(s.u)) + std::sqrt(value_of(s.U.force.squaredNorm() * plan.gravity.squaredNorm()));
+    squared_force += force * force * value_of(s.D_inverse);
+  }
   const int first = cluster.first_row;
   do {
     if (find_dependent() && S.reorder()) find_dependent();
     set_weighted_levers(plan, ws, cluster, S, B);
     S.factor_product(B.data(), columns);
-  } while (
-      S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first], squared_spin));
+  } while (S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first],
+                         squared_spin, squared_force));
   state.uses_Q[cluster_index] = true;
 }
 

@@ -188,9 +188,9 @@ TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
     };
     factor();
     EXPECT_TRUE(S.dependent(1));
-    EXPECT_EQ(S.mark_needed(b, residual, squared, 1), !dependent);
+    EXPECT_EQ(S.mark_needed(b, residual, squared, 1, 0), !dependent);
     factor();
-    EXPECT_FALSE(S.mark_needed(b, residual, squared, 1));
+    EXPECT_FALSE(S.mark_needed(b, residual, squared, 1, 0));
     EXPECT_EQ(S.dependent(1), dependent);
     double x[2];
     S.solve(b, x);
