@@ -9,7 +9,7 @@ namespace redysim {
 namespace {
 
 struct Feature {
-  const char* name;
+  char name[16];  // a pointer would need relocation when the library is loaded
   bool built_in;
   bool (*used)(const Model&);
   bool of_smooth_trees = false;  // open trees with only inputs, springs and dampers have it

@@ -32,7 +32,10 @@ std::size_t edit_distance(const std::string& first, const std::string& second) {
 }
 
 // Names that other programs and books use for our fields.
-constexpr std::pair<const char*, const char*> other_names[] = {
+struct OtherName {
+  char other[15], ours[16];  // pointers would need relocation when the library is loaded
+};
+constexpr OtherName other_names[] = {
     {"type", "joint"},
     {"joint_type", "joint"},
     {"length", "a"},
