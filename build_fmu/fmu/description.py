@@ -55,7 +55,7 @@ def model_description(model: Description) -> bytes:
             generationTool=model.generation_tool,
             generationDateAndTime=generation_date(),
             variableNamingConvention="structured",
-            numberOfEventIndicators=None if model.model_exchange is None else 0,
+            numberOfEventIndicators=None if model.model_exchange is None else len(model.event_indicators),
         ),
     )
     if model.model_exchange is not None:

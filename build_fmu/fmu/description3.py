@@ -77,6 +77,8 @@ def model_description(model: Description) -> bytes:
     for tag, rows in groups:
         for row in rows:
             xml.SubElement(structure, tag, valueReference=str(reference[row.name]), **dependencies(row, reference, with_time))
+    for name in model.event_indicators if model.model_exchange is not None else []:
+        xml.SubElement(structure, "EventIndicator", valueReference=str(reference[name]))
     return file_content(root)
 
 

@@ -88,6 +88,7 @@ class Description:
     depends_on_time: bool = False  # outputs at a communication point depend on the time itself, through prescribed motion
     folder: Path | None = None  # of the model file, to which its meshes are relative
     derivatives: list[Unknown] = field(default_factory=list)  # in the order of the states
+    event_indicators: list[str] = field(default_factory=list)  # variables
     model_exchange: dict[str, Any] | None = None  # capabilities; None: not offered
     no_model_exchange: str = ""  # the reason
     arrays: list[Array] = field(default_factory=list)
@@ -159,6 +160,7 @@ def from_table(table: dict[str, Any], warnings: list[str]) -> Description:
         depends_on_time=table.get("depends_on_time", False),
         resources=table.get("resources", []),
         derivatives=[_unknown(row) for row in table.get("derivatives", [])],
+        event_indicators=table.get("event_indicators", []),
         model_exchange=table.get("model_exchange"),
         no_model_exchange=table.get("no_model_exchange", ""),
         arrays=[Array(**row) for row in table.get("arrays", [])],

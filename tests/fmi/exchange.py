@@ -22,7 +22,8 @@ class EventInfo(c.Structure):
 
 
 class Tool:
-    """What both versions of FMI have in common; `states` and `slopes` are the names of the variables in the order of the state vector."""
+    """What both versions of FMI have in common; `states` and `slopes` are the names of the variables in the order of the state vector,
+    `indicator_count` is the number of event indicators in the description."""
 
     derivatives_function = "GetDerivatives"
 
@@ -33,9 +34,9 @@ class Tool:
         assert self.call("EnterContinuousTimeMode") == OK
         return info
 
-    def numbers(self, function: str) -> np.ndarray:
-        """Calls a function that fills one number a state."""
-        values = np.full(len(self.states), np.nan)
+    def numbers(self, function: str, count: int | None = None) -> np.ndarray:
+        """Calls a function that fills this many numbers, by default one a state."""
+        values = np.full(len(self.states) if count is None else count, np.nan)
         assert self.call(function, values.ctypes.data_as(c.c_void_p), c.c_size_t(len(values))) == OK, self.errors
         return values
 
@@ -44,6 +45,9 @@ class Tool:
 
     def derivatives(self) -> np.ndarray:
         return self.numbers(self.derivatives_function)
+
+    def indicators(self) -> np.ndarray:
+        return self.numbers("GetEventIndicators", self.indicator_count)
 
     def set_states(self, values) -> int:
         values = np.ascontiguousarray(values, dtype=float)
@@ -67,6 +71,7 @@ class Exchange(Tool, Slave):
         slopes = [scalars[int(row.get("index")) - 1] for row in ([] if rows is None else rows)]
         self.slopes = [scalar.get("name") for scalar in slopes]
         self.states = [scalars[int(scalar[0].get("derivative")) - 1].get("name") for scalar in slopes]
+        self.indicator_count = int(fmu.xml.get("numberOfEventIndicators", "0"))
 
     def event(self) -> EventInfo:
         info = EventInfo()
@@ -113,6 +118,7 @@ class Exchange3(Tool, Slave3):
         rows = fmu.xml.findall("ModelStructure/ContinuousStateDerivative")
         self.slopes = [by_reference[row.get("valueReference")] for row in rows]
         self.states = [by_reference[fmu.elements[name].get("derivative")] for name in self.slopes]
+        self.indicator_count = len(fmu.xml.findall("ModelStructure/EventIndicator"))
 
     def event(self) -> EventInfo:
         flags, time = [c.c_bool(True) for _ in range(5)], c.c_double(np.nan)

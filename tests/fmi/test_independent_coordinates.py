@@ -10,7 +10,7 @@ import pytest
 
 from tests.fmi.conftest import ROOT
 from tests.fmi.exchange import Exchange
-from tests.fmi.raw import DISCARD, OK, Slave
+from tests.fmi.raw import DISCARD, ERROR, OK, Slave
 from tests.fmi.test_model_exchange import moved, reals
 
 # a plate on a spherical joint, held by a rod between spherical joints: angles are independent, and the bodies turn many times
@@ -215,21 +215,70 @@ def test_driven_loops_follow_their_motion(built):
                 assert not tool.completed_step()
 
 
-@pytest.mark.parametrize(("interval", "warns"), [(0.1, True), (0.01, False)])
-def test_a_passed_singular_configuration_of_the_coordinates_causes_a_warning(fmu_file, interval, warns):
-    """FMPy completes steps at output points only; within an interval of 0.1 s the coordinates become singular."""
+def leverage(tool: Exchange) -> float:
+    """How far a dependent revolute joint moves per radian of an independent one, from exact derivatives."""
+    joints = reals(tool.fmu, ".q")
+    coordinates = [name for name in tool.states if name.startswith("independent.q[")]
+    return float(np.abs(tool.jacobian(joints, coordinates)).max())
+
+
+def advance(tool: Exchange, time: float, h: float) -> None:
+    """One step of the midpoint rule."""
+    states = tool.get_states()
+    middle = states + h / 2 * tool.slope_at(time, states)
+    states = states + h * tool.slope_at(time + h / 2, middle)
+    assert (tool.set_time(time + h), tool.set_states(states)) == (OK, OK)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "three_rrr"])
+def test_an_event_indicator_shows_singular_coordinates(fmu, name):
+    """It changes its sign where a dependent joint moves ten times as far as the independent ones; the event chooses others."""
+    h, events = 2e-4, 0
+    with Exchange(fmu(name)) as tool:
+        tool.begin()
+        for k in range(4000):
+            [margin] = tool.indicators()
+            assert tool.reals(["independent.margin"]) == [margin]
+            if (k % 20 == 0 or margin < 0.3) and leverage(tool) > 1:  # 1: of the independent joints themselves
+                assert margin == pytest.approx((10 - leverage(tool)) / (10 + leverage(tool)), rel=1e-9, abs=1e-9)
+            if margin < 0:
+                assert tool.call("EnterEventMode") == OK
+                info = tool.event()
+                assert (info.new_values, info.new_nominals) == (1, 1)
+                assert tool.call("EnterContinuousTimeMode") == OK
+                assert tool.indicators()[0] > 0.3
+                events += 1
+            advance(tool, k * h, h)
+            tool.call("CompletedIntegratorStep", 1, c.byref(c.c_int()), c.byref(c.c_int()))  # its request is ignored
+    assert events > 0
+
+
+def test_event_indicators_have_no_derivatives(fmu):
+    with Exchange(fmu("four_bar")) as tool:
+        tool.begin()
+        reference, value = (c.c_uint * 1)(tool.fmu.variables["independent.margin"][1]), (c.c_double * 1)(1.0)
+        state = (c.c_uint * 1)(tool.fmu.variables[tool.states[0]][1])
+        for unknown, known in ((reference, state), (state, reference)):
+            assert tool.call("GetDirectionalDerivative", unknown, c.c_size_t(1), known, c.c_size_t(1), value, value) == ERROR
+        for count in (0, 2):
+            assert tool.call("GetEventIndicators", value, c.c_size_t(count)) == ERROR
+        assert tool.call("GetEventIndicators", None, c.c_size_t(1)) == ERROR
+
+
+@pytest.mark.parametrize("name", ["five_bar", "three_rrr"])
+def test_rare_completed_steps_of_fmpy_do_not_matter(fmu_file, name):
+    """FMPy completes steps at output points only; within an interval of 0.25 s the coordinates of the start become singular."""
     from fmpy import simulate_fmu
 
-    said: list[str] = []
-    result = simulate_fmu(
-        str(fmu_file("three_rrr")),
-        fmi_type="ModelExchange",
-        stop_time=1,
-        output_interval=interval,
-        relative_tolerance=1e-6,
-        output=["energy.balance"],
-        logger=lambda component, instance, status, category, message: said.append(message.decode()),
-        debug_logging=True,
-    )
-    assert any("complete steps more often" in message for message in said) == warns
-    assert (abs(result["energy.balance"][-1]) > 0.01) == warns  # J
+    options = {"stop_time": 1, "output_interval": 0.25, "relative_tolerance": 1e-6, "output": ["energy.balance"]}
+    result = simulate_fmu(str(fmu_file(name)), fmi_type="ModelExchange", **options)
+    assert len(result) > 5, "at an event there are two samples"
+    assert abs(result["energy.balance"]).max() < 0.01  # J; without events more than 1 J
+
+
+def test_singular_coordinates_cause_a_warning_in_tools_without_events(fmu):
+    with Exchange(fmu("five_bar")) as tool:
+        tool.begin()
+        for k in range(1950):  # until just before the singular configuration
+            advance(tool, k * 2e-4, 2e-4)
+    assert sum("near singular independent coordinates" in text for _, _, text in tool.messages) == 1

@@ -508,3 +508,16 @@ outputs = ["rotation"]
         found = np.array([[slave.get(f"f.rotation[{i},{j}]") for j in (1, 2, 3)] for i in (1, 2, 3)])
         assert np.abs(found @ b - a).max() < 1e-9, f"from {np.degrees(angle):.0f} degrees"
         assert slave.get("weld.gap") < 1e-9
+
+
+def test_a_start_in_a_singular_configuration_causes_a_warning(tmp_path):
+    flat = (ROOT / "models" / "parallelogram.toml").read_text()
+    turned = flat
+    for qd, q in (("qd = 2\n", 0.01), ("qd = -2\n", -0.01)):
+        turned = turned.replace(qd, f"{qd}q = {q}\n")
+    for text, warns in ((flat, True), (turned, False)):
+        model = tmp_path / "parallelogram.toml"
+        model.write_text(text)
+        check = command("check", model)
+        assert check.returncode == 0
+        assert ("parallelogram.toml:1:1: warning: the start is close to a singular configuration" in check.stderr) == warns

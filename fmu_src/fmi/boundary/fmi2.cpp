@@ -325,6 +325,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[
   return guarded(c, Function::get_nominals, [&](Instance& i) { return i.get_nominals(nominals, nx); });
 }
 
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real[], size_t ni) {
-  return guarded(c, Function::get_event_indicators, [&](Instance& i) { return i.get_event_indicators(ni); });
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t ni) {
+  return guarded(c, Function::get_event_indicators,
+                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
 }

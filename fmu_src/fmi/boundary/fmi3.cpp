@@ -487,8 +487,9 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal
   return guarded(c, Function::get_nominals, [&](Instance& i) { return i.get_nominals(nominals, nx); });
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64[], size_t ni) {
-  return guarded(c, Function::get_event_indicators, [&](Instance& i) { return i.get_event_indicators(ni); });
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t ni) {
+  return guarded(c, Function::get_event_indicators,
+                 [&](Instance& i) { return i.get_event_indicators(indicators, ni); });
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t* count) {

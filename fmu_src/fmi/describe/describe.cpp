@@ -342,12 +342,15 @@ Model assembled(const ModelFile& file, const std::string& path, const Plan<doubl
   return at_start(file.model, system, 0, y.data());
 }
 
-void choose_at_start(const Model& model, const Parameters<double>& parameters, System& system,
+// Returns whether the start is close to a singular configuration of the loops.
+bool choose_at_start(const Model& model, const Parameters<double>& parameters, System& system,
                      IndependentCoordinates& exchanged) {
-  std::vector<double> y(static_cast<std::size_t>(system.size()));
+  std::vector<double> y(static_cast<std::size_t>(system.size())), accelerations(system.plan().joints.size());
   begin_motions(model, system, 0);
   assemble_start(model, parameters, system, 0, y.data());
   exchanged.choose(0, y.data());
+  system.accelerations(0, y.data(), accelerations.data());
+  return system.plan().has_constraints() && system.independent_rows() < exchanged.rank();
 }
 
 std::string description(const ModelFile& file, const std::string& path, std::vector<Diagnostic>& warnings) {
@@ -358,7 +361,11 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   const std::vector<int> independent = independent_joints(start, parameters, system);
   const VariableTable table(file.model, plan, independent);
   IndependentCoordinates exchanged(file.model, system, independent);
-  choose_at_start(file.model, parameters_of(file.model), system, exchanged);  // as an instance
+  if (choose_at_start(file.model, parameters_of(file.model), system, exchanged))  // as an instance
+    warnings.push_back(
+        {path, 1, 1,
+         "the start is close to a singular configuration of the closed loops, where accelerations "
+         "and loop forces may be wrong"});
   Json json;
   json.begin_object();
   write_header(json, file);
@@ -368,6 +375,10 @@ std::string description(const ModelFile& file, const std::string& path, std::vec
   write_log_categories(json);
   write_features(json, file.model);
   write_units(json, file.model, table);
+  json.key("event_indicators").begin_array();
+  for (const Variable& variable : table.all())
+    if (variable.row->is_indicator) json.value(variable.name);
+  json.end_array();
   const Scene scene{file.model, plan};
   const StateVariables states = state_variables(table, file.model, system, exchanged);
   write_variables(json, file.model, table, states, exchanged);

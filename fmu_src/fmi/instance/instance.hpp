@@ -87,7 +87,7 @@ class Instance {
   fmi2Status get_continuous_states(double* states, std::size_t count);
   fmi2Status get_derivatives(double* derivatives, std::size_t count);
   fmi2Status get_nominals(double* nominals, std::size_t count);
-  fmi2Status get_event_indicators(std::size_t count);
+  fmi2Status get_event_indicators(double* indicators, std::size_t count);
   fmi2Status get_number(Function function, std::size_t* count);
 
   // Logs "<function>: <why>" and returns fmi2Error.
@@ -135,7 +135,9 @@ class Instance {
   bool is_given_state(const Variable& variable) const;
   bool set_states(const unsigned* references, std::size_t count, const double* values);
   GivenState& given() const;
+  std::string objection_to_array(const double* array, std::size_t count, int size, const char* what);
   std::string objection_to_states(const double* array, std::size_t count);
+  int event_indicators() const;  // their number
   bool is_stretched() const;
   bool should_choose(double accepted);
   void report_singular(Function function);

@@ -142,7 +142,7 @@ fmi2Status Instance::read_derivatives(Function function, const unsigned* referen
   for (std::size_t i = 0; i < count; ++i) {
     const Variable* variable = simulation_.table.real(references[i]);
     if (!variable) return refuse(function, unknown_reference(references[i], VariableType::real));
-    if (!variable->is_calculated())
+    if (!variable->is_calculated() || variable->row->is_indicator)
       return refuse(function, variable->name + " is not an output: it has no derivatives");
   }
   const std::string why = derivatives_.evaluate();

@@ -20,13 +20,16 @@ constexpr double time_slack = 1e-12;
 
 GivenState& Instance::given() const { return static_cast<GivenState&>(*simulation_.integrator); }
 
-// Why the array cannot hold one number per state; empty: it can.
-std::string Instance::objection_to_states(const double* array, std::size_t count) {
-  const int size = simulation_.independent().size();
+// Why the array cannot hold `size` numbers; empty: it can.
+std::string Instance::objection_to_array(const double* array, std::size_t count, int size, const char* what) {
   if (count != static_cast<std::size_t>(size))
-    return "the model has " + std::to_string(size) + " continuous states, got " + std::to_string(count);
+    return "the model has " + std::to_string(size) + what + std::to_string(count);
   const char* why = objection_to_arrays(count, {array});
   return why ? why : "";
+}
+
+std::string Instance::objection_to_states(const double* array, std::size_t count) {
+  return objection_to_array(array, count, simulation_.independent().size(), " continuous states, got ");
 }
 
 // Whether a quaternion must be normalised. The motion does not depend on its length.
@@ -37,14 +40,12 @@ bool Instance::is_stretched() const {
 }
 
 bool Instance::should_choose(double accepted) {
-  return simulation_.system.has_constraints() &&
-         simulation_.independent().should_choose(simulation_.time, state_.y(), accepted);
+  return simulation_.independent().leverage(simulation_.time, state_.y()) > accepted;
 }
 
-// Tools that complete steps rarely, such as FMPy, can pass singular configurations of the coordinates.
+// Tools without state events that complete steps rarely can pass singular configurations of the coordinates.
 void Instance::report_singular(Function function) {
-  const char* what =
-      "complete steps more often: the motion can be wrong near singular independent coordinates";
+  const char* what = "the motion can be wrong near singular independent coordinates: use the event indicator";
   if (loops_are_singular())
     what = singular_loops;
   else if (!simulation_.integrator || !given().is_far() ||
@@ -211,17 +212,22 @@ fmi2Status Instance::get_nominals(double* nominals, std::size_t count) {
   return fmi2OK;
 }
 
-fmi2Status Instance::get_event_indicators(std::size_t count) {
-  return count == 0 ? fmi2OK
-                    : refuse(Function::get_event_indicators,
-                             "the model has no event indicators, got " + std::to_string(count));
+fmi2Status Instance::get_event_indicators(double* indicators, std::size_t count) {
+  constexpr Function function = Function::get_event_indicators;
+  std::string why = objection_to_array(indicators, count, event_indicators(), " event indicators, got ");
+  if (why.empty()) why = values_.update(Needs::parameters);
+  if (!why.empty()) return refuse(function, why);
+  if (count > 0) *indicators = values_.margin();
+  return fmi2OK;
 }
+
+int Instance::event_indicators() const { return simulation_.system.has_constraints(); }
 
 // Number of continuous states or event indicators.
 fmi2Status Instance::get_number(Function function, std::size_t* count) {
   if (!count) return refuse(function, null_pointer);
   const bool of_states = function == Function::get_number_of_continuous_states;
-  *count = of_states ? static_cast<std::size_t>(simulation_.independent().size()) : 0;
+  *count = static_cast<std::size_t>(of_states ? simulation_.independent().size() : event_indicators());
   return fmi2OK;
 }
 

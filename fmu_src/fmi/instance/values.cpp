@@ -125,6 +125,13 @@ const ContactResult<double>& Values::contact(int index) {
   return contact_.value;
 }
 
+double Values::margin() {
+  const double* y = state_.y();
+  if (!state_.can_follow()) return -1;  // a singular configuration is on the path to the states
+  constexpr double limit = IndependentCoordinates::event;
+  return 2 * limit / (limit + state_.independent().leverage(simulation_.time, y)) - 1;
+}
+
 double Values::energy_balance() {
   if (!simulation_.integrator) return 0;
   return kinetic_energy_ + potential_energy_ - work() - parameters_.energy_offset;

@@ -108,6 +108,7 @@ class Values {
   IndependentCoordinates::Motion independent(int k) {
     return state_.independent().motion(k, state_.y(), slopes_are_current_ ? slopes_.data() : nullptr);
   }
+  double margin();  // of the independent coordinates: negative where an event should replace them
   const std::string& independent_joint(int k) {
     return model().links[plan().joints[state_.independent().joint(k)].link].joint.name;
   }

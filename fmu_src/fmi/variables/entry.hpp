@@ -142,6 +142,11 @@ struct Entry {
     e.rate_of_change = read;
     return e;
   }
+  constexpr Entry event_indicator() const {
+    Entry e = *this;
+    e.row.is_indicator = true;
+    return e;
+  }
   constexpr Entry rate_is_next() const {
     Entry e = *this;
     e.row.rate_is_next = true;

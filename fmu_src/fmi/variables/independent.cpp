@@ -50,6 +50,13 @@ constexpr Entry entries[] = {
         .depends(initially::anything, initially::anything)
         .says("Acceleration (rad/s^2 or m/s^2) of independent coordinate ")
         .adapted(number),
+    output(Owner::model, "independent.margin")
+        .local()
+        .event_indicator()
+        .there_if([](const Scene& scene, const Variable&) { return scene.plan.has_constraints(); })
+        .reads([](Values& at, const Variable&) { return at.margin(); })
+        .depends(initially::anything, initially::anything)
+        .says("Event indicator: negative where other independent coordinates should be chosen"),
 };
 
 }  // namespace

@@ -138,6 +138,7 @@ struct Row {
   bool adds_to_controller = false;  // named "<name>_added" if a controller drives the joint
   bool has_direction = false;       // derivatives by it exist
   bool rate_is_next = false;        // its time derivative is the value of the next row
+  bool is_indicator = false;        // an event indicator of model exchange, without derivatives
   StatePart state = StatePart::none, slope_of = StatePart::none;
   std::uint16_t acts = 0;
 

@@ -179,20 +179,23 @@ void IndependentCoordinates::take(const std::vector<char>& independent) {
   }
 }
 
-bool IndependentCoordinates::should_choose(double time, const double* y, double accepted) {
-  const double least = 0.5 * usual / accepted;  // cosine of a chart's second angle
+double IndependentCoordinates::leverage(double time, const double* y) {
+  if (clusters_.empty()) return 0;
+  double largest = 0;
   for (int ball = 0; ball < system_.balls(); ++ball)
-    if (is_in_cluster(ball) && std::cos(motion_of(ball, y).angles.theta) < least) return true;
+    if (is_in_cluster(ball))
+      largest = std::max(largest, usual / 2 / std::cos(motion_of(ball, y).angles.theta));
   expand(time, y);
   for (const auto& of : clusters_) {
     std::vector<int> joints = of->dependent;
     for (int k = of->first; k < of->first + of->count; ++k) joints.push_back(entries_[k].joint);
     const Matrix J = of->rows.jacobian(joints);
     const double now = CompletePivoting(J, of->rank(), singular, of->rank()).leverage();
-    if (now > accepted && CompletePivoting(J, of->rank(), singular, J.cols()).leverage() < 0.5 * now)
-      return true;
+    if (now > largest &&
+        (now <= usual || CompletePivoting(J, of->rank(), singular, J.cols()).leverage() < 0.5 * now))
+      largest = now;
   }
-  return false;
+  return largest;
 }
 
 IndependentCoordinates::Motion IndependentCoordinates::motion(int k, const double* y,

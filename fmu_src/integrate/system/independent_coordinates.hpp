@@ -36,10 +36,11 @@ class IndependentCoordinates {
 
   // Chooses the coordinates on which the others depend least, at a state that satisfies the constraints.
   void choose(double time, const double* y);
-  // Whether a dependent joint moves more than `accepted` times as much as the independent ones, in the units
-  // of the joints, and another choice would be better; or the same of the chart of a spherical joint.
-  static constexpr double usual = 5, nearly_singular = 50;
-  bool should_choose(double time, const double* y, double accepted);
+  // How many times as much as the independent joints a dependent joint moves, in the units of the joints; the
+  // same of the charts of spherical joints. 0 if it is more than `usual` and no other choice is better.
+  // Limits: of a choice at a completed step, of an event, of a warning.
+  static constexpr double usual = 5, event = 10, nearly_singular = 50;
+  double leverage(double time, const double* y);
 
   // Position, velocity and acceleration of an independent joint.
   struct Motion {
