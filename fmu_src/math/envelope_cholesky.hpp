@@ -24,7 +24,7 @@ class EnvelopeCholesky {
   // between these relative pivots the rank is uncertain: dependent row or inertias of very different
   // magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction
+  static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction, at least
   static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
   static constexpr double unexplained = 1e-11;  // maximum relative remainder due to rounding
   static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
@@ -102,7 +102,7 @@ class EnvelopeCholesky {
     skipped_[row] = true;
     needed_[row] = false;
   }
-  bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k);
+  bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k, double lost);
   template <class Operation>
   [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
@@ -224,7 +224,8 @@ Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* boun
 // Whether entry k of the orthogonalized row i may be rounding error of the largest components that the row
 // could have.
 template <class Scalar>
-bool EnvelopeCholesky<Scalar>::is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k) {
+bool EnvelopeCholesky<Scalar>::is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k,
+                                       double lost) {
   using std::abs;
   const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(i) * columns;
   std::vector<Scalar>& possible = left_;
@@ -239,7 +240,9 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
   using std::abs;
   if (reordered_now_) return reordered_[0].find_dependent(J, bound, columns, sine_tolerance);
   bool any_unexplained = false;
-  Scalar squared_entries(0);  // sum over the independent rows, entries by largest_of()
+  constexpr double unit = 1e-15;             // rounding error of a row, whose entries are at most one
+  std::vector<Scalar>& inaccuracy = along_;  // of the directions of the independent rows
+  Scalar squared_entries(0);                 // sum over these rows, entries by largest_of()
   for (int i = 0; i < size(); ++i) {
     Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
            *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
@@ -255,6 +258,10 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
+    Scalar error(unit);
+    for (int j = first_[i]; j < i; ++j)
+      if (!skipped_[j]) error += part_of[j] * inaccuracy[j];
+    const double least_error = std::max(lost, value_of(error));
     bool is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
       // bounds that contributed to this entry: its own, and those of each row times the component along it
@@ -264,11 +271,14 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
       is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
       // the product of two rows is at most the product of their lengths
       if (abs(row[k]) > least * length)
-        skipped_[i] = !(abs(row[k]) > lost * (own[k] + squared_entries)) && is_lost(J, bound, columns, i, k);
+        skipped_[i] = !(abs(row[k]) > least_error * (own[k] + squared_entries)) &&
+                      is_lost(J, bound, columns, i, k, least_error);
     }
     any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
     if (skipped_[i]) continue;
-    scale_row(row, columns, Scalar(1) / row_length(row, columns));
+    const Scalar length = row_length(row, columns);
+    inaccuracy[i] = error / length;
+    scale_row(row, columns, Scalar(1) / length);
     add_bounds(bound, columns, i, first_[i], skipped_, part_of);
     squared_entries += squared_length_of_largest(J, bound, columns, i);
   }
