@@ -24,7 +24,7 @@ class EnvelopeCholesky {
   // between these relative pivots the rank is uncertain: dependent row or inertias of very different
   // magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction, at least
+  static constexpr double lost = 1e-12;  // relative remainder of a row with an inaccurate direction, at least
   static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
   static constexpr double unexplained = 1e-11;  // maximum relative remainder due to rounding
   static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
@@ -258,9 +258,8 @@ bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int colu
     for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
     orthogonalize(J, columns, i, first_[i], skipped_,
                   [&](int j, const Scalar& part) { part_of[j] += abs(part); });
-    Scalar error(unit);
-    for (int j = first_[i]; j < i; ++j)
-      if (!skipped_[j]) error += part_of[j] * inaccuracy[j];
+    const Scalar error =
+        add_rows(Scalar(unit), part_of, first_[i], i, skipped_, [&](int j) { return inaccuracy[j]; });
     const double least_error = std::max(lost, value_of(error));
     bool is_rounding = true;
     for (int k = 0; k < columns && skipped_[i]; ++k) {
