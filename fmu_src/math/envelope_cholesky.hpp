@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "math/lever_rows.hpp"
 #include "math/row_operations.hpp"
 
 namespace redysim {
@@ -24,9 +25,9 @@ class EnvelopeCholesky {
   // between these relative pivots the rank is uncertain: dependent row or inertias of very different
   // magnitude
   static constexpr double rounding = 1e-14, small_pivot = 1e-4;
-  static constexpr double lost = 1e-12;  // relative remainder of a row with an inaccurate direction, at least
+  static constexpr double lost = 1e-12;         // relative remainder of a row with an inaccurate direction
   static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
-  static constexpr double unexplained = 1e-11;  // maximum relative remainder due to rounding
+  static constexpr double unexplained = 1e-11;  // maximum relative component due to rounding
   static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
   static constexpr int largest_reordered = 64;  // rows
 
@@ -54,12 +55,12 @@ class EnvelopeCholesky {
   // of the rows of the last factor, those with the largest pivots relative to their scale.
   [[gnu::cold, gnu::noinline]] void hold_rank(bool hold);
 
-  // Determines the dependent rows for factor_product() from the levers alone. J: rows x `columns`, row-major,
-  // overwritten. bound: same shape, maximum absolute values of these levers over all configurations,
-  // overwritten. A row is dependent if, after orthogonalization, no entry exceeds `sine_tolerance` times the
-  // bounds that contributed to it. The units of rows and columns have no influence. Returns true if a
-  // dependent row has a remainder larger than rounding, which a later row may explain.
-  [[gnu::cold]] bool find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance);
+  // Determines the dependent rows for factor_product() from the levers alone. Rows are taken in turn; a row
+  // of which a smaller part remains beside those taken before waits until only such rows are left. A row is
+  // dependent if no entry of the remainder exceeds `sine_tolerance` times the bounds that contributed to it,
+  // and rounding. The units of rows and columns have no influence. Overwrites J. Returns true if a dependent
+  // row has a component along a later independent one.
+  [[gnu::cold, gnu::noinline]] bool find_dependent(LeverRows<Scalar> J, double sine_tolerance);
 
   // Moves the dependent rows to the end until the next factor(), so that their components along all
   // independent rows are known. Returns false, without reordering, if the matrix is too large.
@@ -102,7 +103,9 @@ class EnvelopeCholesky {
     skipped_[row] = true;
     needed_[row] = false;
   }
-  bool is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k, double lost);
+  [[gnu::cold, gnu::noinline]] void take_directions(LeverRows<Scalar>& J, int first, int end,
+                                                    double sine_tolerance);
+  [[gnu::cold, gnu::noinline]] void take_direction(LeverRows<Scalar>& J, int i);
   template <class Operation>
   [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
@@ -124,8 +127,10 @@ class EnvelopeCholesky {
   std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed on first use if rank deficient
   std::vector<Scalar> weight_;  // W: reciprocal scale of each row
   std::vector<char> skipped_, needed_, held_;
+  std::vector<char> levers_;  // in find_dependent: 0 or the following flags
+  static constexpr char small = 1, large = 2, explained_later = 4;
   std::vector<Scalar> work_, along_, left_, free_rows_;
-  int rank_ = 0;
+  int rank_ = 0, leading_ = 0;  // leading_: number of rows that are preferred as independent ones
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
   std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
   std::vector<int> position_;                // of each row in reordered_
@@ -146,7 +151,8 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
   S_.assign(begin, Scalar(0));
   for (auto& gram : G_) gram.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
-  needed_ = held_ = skipped_;
+  needed_ = held_ = levers_ = skipped_;
+  leading_ = size();
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
   if (!may_reorder || size() > largest_reordered) return;
@@ -193,95 +199,43 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
   }
 }
 
-// Maximum of |J(j, k)| and its bound.
 template <class Scalar>
-Scalar largest_of(const Scalar* J, const Scalar* bound, int columns, int j, int k) {
-  using std::abs;
-  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(j) * columns + k;
-  const Scalar size = abs(J[n]);
-  return size > bound[n] ? size : bound[n];
-}
-
-// Squared length of row j with each entry replaced by largest_of().
-template <class Scalar>
-Scalar squared_length_of_largest(const Scalar* J, const Scalar* bound, int columns, int j) {
-  Scalar sum(0);
-  for (int k = 0; k < columns; ++k) {
-    const Scalar entry = largest_of(J, bound, columns, j, k);
-    sum += entry * entry;
-  }
-  return sum;
-}
-
-// Upper bound of the product of row j with a row that has the bounds `own`.
-template <class Scalar>
-Scalar largest_product_of(const Scalar* own, const Scalar* J, const Scalar* bound, int columns, int j) {
-  Scalar sum(0);
-  for (int k = 0; k < columns; ++k) sum += own[k] * largest_of(J, bound, columns, j, k);
-  return sum;
-}
-
-// Whether entry k of the orthogonalized row i may be rounding error of the largest components that the row
-// could have.
-template <class Scalar>
-bool EnvelopeCholesky<Scalar>::is_lost(const Scalar* J, const Scalar* bound, int columns, int i, int k,
-                                       double lost) {
-  using std::abs;
-  const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(i) * columns;
-  std::vector<Scalar>& possible = left_;
-  for (int j = first_[i]; j < i; ++j) possible[j] = largest_product_of(bound + begin, J, bound, columns, j);
-  const Scalar size = add_rows(bound[begin + k], possible, first_[i], i, skipped_,
-                               [&](int j) { return largest_of(J, bound, columns, j, k); });
-  return !(abs(J[begin + k]) > lost * size);
-}
-
-template <class Scalar>
-bool EnvelopeCholesky<Scalar>::find_dependent(Scalar* J, Scalar* bound, int columns, double sine_tolerance) {
-  using std::abs;
-  if (reordered_now_) return reordered_[0].find_dependent(J, bound, columns, sine_tolerance);
-  bool any_unexplained = false;
-  constexpr double unit = 1e-15;             // rounding error of a row, whose entries are at most one
-  std::vector<Scalar>& inaccuracy = along_;  // of the directions of the independent rows
-  Scalar squared_entries(0);                 // sum over these rows, entries by largest_of()
+bool EnvelopeCholesky<Scalar>::find_dependent(LeverRows<Scalar> J, double sine_tolerance) {
+  if (reordered_now_) return reordered_[0].find_dependent(J, sine_tolerance);
   for (int i = 0; i < size(); ++i) {
-    Scalar *row = J + static_cast<std::ptrdiff_t>(i) * columns,
-           *own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-    const double least = tolerance_of(i, sine_tolerance);
     skipped_[i] = true;
-    if (held_[i] || !normalize(row, own, columns)) continue;
-    // a small row would have inaccurate components along other rows
-    if (!exceeds(row, own, columns, least)) {
-      any_unexplained |= exceeds(row, own, columns, unexplained);
-      continue;
-    }
-    std::vector<Scalar>& part_of = work_;
-    for (int j = first_[i]; j < i; ++j) part_of[j] = Scalar(0);
-    orthogonalize(J, columns, i, first_[i], skipped_,
-                  [&](int j, const Scalar& part) { part_of[j] += abs(part); });
-    const Scalar error =
-        add_rows(Scalar(unit), part_of, first_[i], i, skipped_, [&](int j) { return inaccuracy[j]; });
-    const double least_error = std::max(lost, value_of(error));
-    bool is_rounding = true;
-    for (int k = 0; k < columns && skipped_[i]; ++k) {
-      // bounds that contributed to this entry: its own, and those of each row times the component along it
-      const Scalar length = add_rows(own[k], part_of, first_[i], i, skipped_, [&](int j) {
-        return bound[static_cast<std::ptrdiff_t>(j) * columns + k];
-      });
-      is_rounding = is_rounding && !(abs(row[k]) > unexplained * length);
-      // the product of two rows is at most the product of their lengths
-      if (abs(row[k]) > least * length)
-        skipped_[i] = !(abs(row[k]) > least_error * (own[k] + squared_entries)) &&
-                      is_lost(J, bound, columns, i, k, least_error);
-    }
-    any_unexplained = any_unexplained || (skipped_[i] && !is_rounding);
-    if (skipped_[i]) continue;
-    const Scalar length = row_length(row, columns);
-    inaccuracy[i] = error / length;
-    scale_row(row, columns, Scalar(1) / length);
-    add_bounds(bound, columns, i, first_[i], skipped_, part_of);
-    squared_entries += squared_length_of_largest(J, bound, columns, i);
+    levers_[i] = 0;
+    if (held_[i] || !J.normalize(i)) continue;
+    levers_[i] = J.exceeds(i, tolerance_of(i, sine_tolerance)) ? large : small;
   }
-  return any_unexplained;
+  take_directions(J, 0, leading_, sine_tolerance);
+  take_directions(J, leading_, size(), sine_tolerance);
+  for (int i = 0; i < size(); ++i)
+    if (skipped_[i] && levers_[i] & explained_later) return true;
+  return false;
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::take_directions(LeverRows<Scalar>& J, int first, int end,
+                                               double sine_tolerance) {
+  for (const double threshold : {1e-1, 1e-2, 1e-3, 1e-4, 0.0})
+    for (int i = first; i < end; ++i)
+      if (skipped_[i] && levers_[i] & large &&
+          J.exceeds(i, std::max(threshold, tolerance_of(i, sine_tolerance))))
+        take_direction(J, i);
+}
+
+template <class Scalar>
+void EnvelopeCholesky<Scalar>::take_direction(LeverRows<Scalar>& J, int i) {
+  for (int j = 0; j < size(); ++j)
+    if (!skipped_[j]) J.subtract(i, j);  // the second time, for accuracy
+  J.make_direction(i);
+  skipped_[i] = false;
+  for (int row = 0; row < size(); ++row) {
+    if (!skipped_[row] || levers_[row] == 0) continue;
+    const double part = value_of(J.subtract(row, i));
+    if (row < i && std::abs(part) > unexplained) levers_[row] |= explained_later;
+  }
 }
 
 // Gram-Schmidt on the rows of L, each divided by the root of its scale; the longest remaining row comes next.
@@ -315,7 +269,7 @@ template <class Scalar>
 bool EnvelopeCholesky<Scalar>::reorder() {
   if (reordered_.empty()) return false;
   reordered_now_ = true;
-  int next = 0;
+  int next = reordered_[0].leading_ = 0;
   for (const bool dependent : {false, true})
     for (int row = 0; row < size(); ++row) {
       if (bool(skipped_[row]) != dependent) continue;
@@ -323,6 +277,7 @@ bool EnvelopeCholesky<Scalar>::reorder() {
       reordered_[0].needed_[next] = needed_[row];
       reordered_[0].held_[next] = held_[row];
       position_[row] = next++;
+      if (!dependent) reordered_[0].leading_ = next;
     }
   return true;
 }

@@ -35,15 +35,6 @@ Scalar row_length(const Scalar* row, int columns) {
   return sqrt(sum);
 }
 
-// Whether any entry exceeds this fraction of its bound.
-template <class Scalar>
-bool exceeds(const Scalar* row, const Scalar* bound, int columns, double fraction) {
-  using std::abs;
-  for (int k = 0; k < columns; ++k)
-    if (abs(row[k]) > fraction * bound[k]) return true;
-  return false;
-}
-
 template <class Scalar>
 void scale_row(Scalar* row, int columns, const Scalar& factor) {
   for (int k = 0; k < columns; ++k) row[k] *= factor;
@@ -57,27 +48,6 @@ bool normalize(Scalar* row, Scalar* bound, int columns) {
   scale_row(row, columns, Scalar(1) / length);
   scale_row(bound, columns, Scalar(1) / length);
   return true;
-}
-
-// `sum` plus the entries of rows first..i - 1 that are not skipped, each times its weight.
-template <class Scalar, class Entry>
-Scalar add_rows(Scalar sum, const std::vector<Scalar>& weights, int first, int i,
-                const std::vector<char>& skipped, Entry entry) {
-  for (int j = first; j < i; ++j)
-    if (!skipped[j]) sum += weights[j] * entry(j);
-  return sum;
-}
-
-// Adds to the bounds of row i those of rows first..i - 1 that are not skipped, each times its weight.
-template <class Scalar>
-void add_bounds(Scalar* bound, int columns, int i, int first, const std::vector<char>& skipped,
-                const std::vector<Scalar>& weights) {
-  Scalar* const own = bound + static_cast<std::ptrdiff_t>(i) * columns;
-  for (int j = first; j < i; ++j) {
-    if (skipped[j] || is_zero(weights[j])) continue;
-    const Scalar* const other = bound + static_cast<std::ptrdiff_t>(j) * columns;
-    for (int k = 0; k < columns; ++k) own[k] += weights[j] * other[k];
-  }
 }
 
 // Subtracts from a row its component along another one.

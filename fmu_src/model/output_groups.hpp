@@ -26,7 +26,7 @@ enum class OutputGroup : unsigned char {
 };
 
 struct OutputGroupRow {
-  const char* name;
+  char name[20];  // a pointer would need relocation when the library is loaded
   OutputGroup group;
   bool by_default;  // shown if the model file has no list
 };

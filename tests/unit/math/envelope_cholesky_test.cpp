@@ -154,7 +154,8 @@ TEST(EnvelopeCholesky, takes_levers_where_inertias_leave_the_rank_in_doubt) {
   EXPECT_TRUE(S.doubtful());
   EXPECT_EQ(S.rank(), 1);
   double J[] = {c, 1, 0, s, 0, 1}, bound[] = {1, 1, 1, 1, 1, 1}, B[] = {light * c, 1, 0, light * s, 0, 1};
-  S.find_dependent(J, bound, 3, 3e-5);
+  double variance[9];
+  S.find_dependent({J, bound, variance, 3}, 3e-5);
   S.factor_product(B, 3);
   EXPECT_EQ(S.rank(), 2);
   // along (s, -c) S is 1
@@ -182,8 +183,9 @@ TEST(EnvelopeCholesky, keeps_a_nearly_dependent_row_that_b_needs) {
     EXPECT_EQ(S.rank(), 1);
     const auto factor = [&S] {
       double J[] = {1, 0, 1, sine}, bound[] = {1, 1, 1, 1}, B[] = {1, 0, 1, sine};
-      if (S.find_dependent(J, bound, 2, std::sqrt(tolerance)) && S.reorder())
-        S.find_dependent(J, bound, 2, std::sqrt(tolerance));
+      double variance[9];
+      if (S.find_dependent({J, bound, variance, 2}, std::sqrt(tolerance)) && S.reorder())
+        S.find_dependent({J, bound, variance, 2}, std::sqrt(tolerance));
       S.factor_product(B, 2);
     };
     factor();
@@ -206,7 +208,8 @@ TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
   EnvelopeCholesky<double> S({0, 0, 0});
   double J[] = {1e3, 1e-3, 0, 1e3, -1e-3, 0, 1e-16, 0, 1e-17},
          bound[] = {1e3, 1e-3, 0, 1e3, 1e-3, 0, 1, 0, 1};
-  S.find_dependent(J, bound, 3, 3e-5);
+  double variance[9];
+  S.find_dependent({J, bound, variance, 3}, 3e-5);
   EXPECT_FALSE(S.dependent(0));
   EXPECT_FALSE(S.dependent(1));
   EXPECT_TRUE(S.dependent(2));
@@ -216,7 +219,8 @@ TEST(EnvelopeCholesky, judges_each_lever_by_its_own_length) {
 TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
   EnvelopeCholesky<double> S({0, 0});
   double J[] = {0.6, 0, 0.8, 1e-17, 2e-17, 0}, bound[] = {1, 1, 1, 1, 1, 0};
-  S.find_dependent(J, bound, 3, 3e-5);
+  double variance[9];
+  S.find_dependent({J, bound, variance, 3}, 3e-5);
   EXPECT_TRUE(S.dependent(1));
 }
 
@@ -225,7 +229,8 @@ TEST(EnvelopeCholesky, takes_no_rounding_for_a_lever) {
 TEST(EnvelopeCholesky, takes_no_rounding_for_a_row) {
   EnvelopeCholesky<double> S({0, 0});
   double J[] = {0.6, 0.8, 1e-17, 0}, bound[] = {1, 1, 5e-10, 0};
-  S.find_dependent(J, bound, 2, 3e-5);
+  double variance[9];
+  S.find_dependent({J, bound, variance, 2}, 3e-5);
   EXPECT_FALSE(S.dependent(0));
   EXPECT_TRUE(S.dependent(1));
 }
@@ -236,7 +241,8 @@ TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
   const double heavy = 1e8, c = 0.6, s = 0.8;
   EnvelopeCholesky<double> product({0, 0});
   double J[] = {1, 0, 0, 1}, bound[] = {1, 1, 1, 1};
-  product.find_dependent(J, bound, 2, 3e-5);
+  double variance[9];
+  product.find_dependent({J, bound, variance, 2}, 3e-5);
   double B[] = {heavy * c, 1, 0, heavy * s, 0, 1};
   product.factor_product(B, 3);
   EXPECT_EQ(product.rank(), 2);
