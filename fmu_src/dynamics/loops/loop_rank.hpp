@@ -180,7 +180,7 @@ template <class Scalar>
     // the storage of B first holds the levers J
     set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
     return S.find_dependent({B.data(), state.lever_bound.data(), state.lever_variance.data(), columns},
-                            std::sqrt(state.pivot_tolerance));
+                            std::sqrt(0.1 * state.pivot_tolerance));
   };
   double squared_spin = 0, squared_force = 0;
   for (const int i : cluster.joints) {
