@@ -31,7 +31,7 @@ class EnvelopeCholesky {
   static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
   static constexpr int largest_reordered = 64;  // rows
 
-  // `may_reorder`: allocates a second factor for reorder(), for at most `largest_reordered` rows.
+  // `may_reorder`: find_dependent() may reorder the rows, of which there are at most `largest_reordered`.
   [[gnu::cold]] explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
 
   int size() const { return static_cast<int>(first_.size()); }
@@ -58,15 +58,13 @@ class EnvelopeCholesky {
   // Determines the dependent rows for factor_product() from the levers alone. Rows are taken in turn; a row
   // of which a smaller part remains beside those taken before waits until only such rows are left. A row is
   // dependent if no entry of the remainder exceeds `sine_tolerance` times the bounds that contributed to it,
-  // and rounding. The units of rows and columns have no influence. Overwrites J. Returns true if a dependent
-  // row has a component along a later independent one.
-  [[gnu::cold, gnu::noinline]] bool find_dependent(LeverRows<Scalar> J, double sine_tolerance);
+  // and rounding. The units of rows and columns have no influence. Overwrites J.
+  //
+  // If a dependent row has a component along a later independent one, the dependent rows move to the end
+  // until the next factor() or find_dependent(), where allowed: L then contains all their components.
+  [[gnu::cold, gnu::noinline]] void find_dependent(LeverRows<Scalar> J, double sine_tolerance);
 
-  // Moves the dependent rows to the end until the next factor(), so that their components along all
-  // independent rows are known. Returns false, without reordering, if the matrix is too large.
-  bool reorder();
-
-  // Index of a row in J, bound and B.
+  // Index of a row in B.
   int position(int row) const { return reordered_now_ ? position_[row] : row; }
 
   // Factor of S = B B^T by Gram-Schmidt on the rows of B (each row twice), which does not square the
@@ -103,9 +101,8 @@ class EnvelopeCholesky {
     skipped_[row] = true;
     needed_[row] = false;
   }
-  [[gnu::cold, gnu::noinline]] void take_directions(LeverRows<Scalar>& J, int first, int end,
-                                                    double sine_tolerance);
   [[gnu::cold, gnu::noinline]] void take_direction(LeverRows<Scalar>& J, int i);
+  void reorder();
   template <class Operation>
   [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
@@ -130,7 +127,7 @@ class EnvelopeCholesky {
   std::vector<char> levers_;  // in find_dependent: 0 or the following flags
   static constexpr char small = 1, large = 2, explained_later = 4;
   std::vector<Scalar> work_, along_, left_, free_rows_;
-  int rank_ = 0, leading_ = 0;  // leading_: number of rows that are preferred as independent ones
+  int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
   std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
   std::vector<int> position_;                // of each row in reordered_
@@ -152,7 +149,6 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
   for (auto& gram : G_) gram.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   needed_ = held_ = levers_ = skipped_;
-  leading_ = size();
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
   if (!may_reorder || size() > largest_reordered) return;
@@ -200,29 +196,21 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
 }
 
 template <class Scalar>
-bool EnvelopeCholesky<Scalar>::find_dependent(LeverRows<Scalar> J, double sine_tolerance) {
-  if (reordered_now_) return reordered_[0].find_dependent(J, sine_tolerance);
+void EnvelopeCholesky<Scalar>::find_dependent(LeverRows<Scalar> J, double sine_tolerance) {
+  reordered_now_ = false;
   for (int i = 0; i < size(); ++i) {
     skipped_[i] = true;
     levers_[i] = 0;
     if (held_[i] || !J.normalize(i)) continue;
     levers_[i] = J.exceeds(i, tolerance_of(i, sine_tolerance)) ? large : small;
   }
-  take_directions(J, 0, leading_, sine_tolerance);
-  take_directions(J, leading_, size(), sine_tolerance);
-  for (int i = 0; i < size(); ++i)
-    if (skipped_[i] && levers_[i] & explained_later) return true;
-  return false;
-}
-
-template <class Scalar>
-void EnvelopeCholesky<Scalar>::take_directions(LeverRows<Scalar>& J, int first, int end,
-                                               double sine_tolerance) {
   for (const double threshold : {1e-1, 1e-2, 1e-3, 1e-4, 0.0})
-    for (int i = first; i < end; ++i)
+    for (int i = 0; i < size(); ++i)
       if (skipped_[i] && levers_[i] & large &&
           J.exceeds(i, std::max(threshold, tolerance_of(i, sine_tolerance))))
         take_direction(J, i);
+  for (int i = 0; i < size() && !reordered_now_ && !reordered_.empty(); ++i)
+    if (skipped_[i] && levers_[i] & explained_later) reorder();
 }
 
 template <class Scalar>
@@ -266,20 +254,17 @@ void EnvelopeCholesky<Scalar>::hold_rank(bool hold) {
 }
 
 template <class Scalar>
-bool EnvelopeCholesky<Scalar>::reorder() {
-  if (reordered_.empty()) return false;
+void EnvelopeCholesky<Scalar>::reorder() {
   reordered_now_ = true;
-  int next = reordered_[0].leading_ = 0;
+  int next = 0;
   for (const bool dependent : {false, true})
     for (int row = 0; row < size(); ++row) {
       if (bool(skipped_[row]) != dependent) continue;
       reordered_[0].weight_[next] = weight_[row];
-      reordered_[0].needed_[next] = needed_[row];
+      reordered_[0].skipped_[next] = skipped_[row];
       reordered_[0].held_[next] = held_[row];
       position_[row] = next++;
-      if (!dependent) reordered_[0].leading_ = next;
     }
-  return true;
 }
 
 // Calls operation(reordered_[0], values). `values` contains b before and x after the call, both in the new
@@ -349,7 +334,7 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
       const bool now =
           !needed_[row] && !held_[row] &&
           part * part > size * (passage * pivot * pivot * pivot + least + violation * gap * gap / bound);
-      if (now) needed_[row] = L.needed_[i] = any = true;
+      if (now) needed_[row] = any = true;
       continue;
     }
     L.work_[i] = left / value_of(L.entry(i, i));

@@ -56,7 +56,7 @@ class LeverRows {
     for (int k = 0; k < columns_; ++k) {
       const double along = value_of(row(j)[k]);
       row(i)[k] -= part * row(j)[k];
-      bound(i)[k] += part < Scalar(0) ? Scalar(-part * bound(j)[k]) : Scalar(part * bound(j)[k]);
+      bound(i)[k] += std::abs(value_of(part)) * bound(j)[k];
       variance(i)[k] += squared * variance(j)[k] + error * along * along;
     }
     return part;

@@ -74,15 +74,13 @@ void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const Clu
 
 // Sets the levers of the couplings of a cluster and their bounds: both follow from the ratios.
 template <class Scalar>
-void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
-                         const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
+void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size();
   for (std::size_t column = 0; column < columns; ++column) {
     if (plan.joints[cluster.joints[column]].prescribed) continue;
     for (int n = cluster.crossing_begin[column]; n < cluster.crossing_begin[column + 1]; ++n) {
       const RowCrossing& crossing = cluster.crossings[n];
-      const std::size_t at =
-          static_cast<std::size_t>(S.position(crossing.row - cluster.first_row)) * columns + column;
+      const std::size_t at = static_cast<std::size_t>(crossing.row - cluster.first_row) * columns + column;
       if (!crossing.of_coupling()) continue;
       J[at] = crossing.ratio;
       bound[at] = std::abs(crossing.ratio);
@@ -90,11 +88,11 @@ void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster,
   }
 }
 
-// Sets the levers J of all rows of a cluster and their bounds from the geometry, in the order of S. Each
-// column is divided by its maximum bound among the position rows.
+// Sets the levers J of all rows of a cluster and their bounds from the geometry. Each column is divided by
+// its maximum bound among the position rows.
 template <class Scalar>
 [[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                              const EnvelopeCholesky<Scalar>& S, Scalar* J, Scalar* bound) {
+                              Scalar* J, Scalar* bound) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
   std::fill(J, J + rows * columns, Scalar(0));
   std::fill(bound, bound + rows * columns, Scalar(0));
@@ -109,7 +107,7 @@ template <class Scalar>
     for (std::size_t r = 0; r < loop.rows.size(); ++r) {
       const RowValues<Scalar> values = row_values(geometry, loop.rows[r]);
       const int row = loop.first_row + static_cast<int>(r);
-      const std::size_t begin = static_cast<std::size_t>(S.position(row - cluster.first_row)) * columns;
+      const std::size_t begin = static_cast<std::size_t>(row - cluster.first_row) * columns;
       add_levers(plan, ws, cluster, 0, loop.body_a, loop.root, row, values.on_a, J + begin, bound + begin);
       add_levers(plan, ws, cluster, 1, loop.body_b, loop.root, row, values.on_b, J + begin, bound + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
@@ -117,7 +115,7 @@ template <class Scalar>
         if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];
     }
   }
-  add_coupling_levers(plan, cluster, S, J, bound);
+  add_coupling_levers(plan, cluster, J, bound);
   for (std::size_t n = 0; n < rows * columns; ++n) {
     if (!(unit[n % columns] > Scalar(0))) continue;
     J[n] /= unit[n % columns];
@@ -175,13 +173,9 @@ template <class Scalar>
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   std::vector<Scalar>& B = state.Q[cluster_index];
+  // a tenth of the pivots' tolerance: the levers have a sine, not its square, and lose no digits to inertias
   const int columns = static_cast<int>(cluster.joints.size());
-  const auto find_dependent = [&] {
-    // the storage of B first holds the levers J
-    set_levers(plan, ws, cluster, S, B.data(), state.lever_bound.data());
-    return S.find_dependent({B.data(), state.lever_bound.data(), state.lever_variance.data(), columns},
-                            std::sqrt(0.1 * state.pivot_tolerance));
-  };
+  const double sine_tolerance = std::sqrt(0.1 * state.pivot_tolerance);
   double squared_spin = 0, squared_force = 0;
   for (const int i : cluster.joints) {
     const JointState<Scalar>& s = ws.joints[i];
@@ -193,7 +187,10 @@ template <class Scalar>
   }
   const int first = cluster.first_row;
   do {
-    if (find_dependent() && S.reorder()) find_dependent();
+    // the storage of B first holds the levers J
+    set_levers(plan, ws, cluster, B.data(), state.lever_bound.data());
+    S.find_dependent({B.data(), state.lever_bound.data(), state.lever_variance.data(), columns},
+                     sine_tolerance);
     set_weighted_levers(plan, ws, cluster, S, B);
     S.factor_product(B.data(), columns);
   } while (S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first],
