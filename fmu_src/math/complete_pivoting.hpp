@@ -36,6 +36,13 @@ class CompletePivoting {
     return x;
   }
 
+  // Whether the determinant of J is negative. J is square and of full rank.
+  bool is_negative() const {
+    bool negative = odd_;
+    for (Eigen::Index i = 0; i < rank_; ++i) negative ^= LU_(i, i) < 0;
+    return negative;
+  }
+
   // Maximum absolute entry of x in the pivot columns, over all x with J x = 0 that are a unit vector in the
   // other columns. May be called only once because it overwrites the other columns.
   double leverage() {
@@ -71,6 +78,7 @@ class CompletePivoting {
     if (!(std::abs(LU_(row, column)) > smallest)) return false;
     for (Eigen::Index j = 0; j < LU_.cols(); ++j) std::swap(LU_(n, j), LU_(row, j));
     for (Eigen::Index i = 0; i < LU_.rows(); ++i) std::swap(LU_(i, n), LU_(i, column));
+    odd_ ^= (row != n) ^ (column != n);
     std::swap(rows_[n], rows_[row]);
     std::swap(columns_[n], columns_[column]);
     for (Eigen::Index i = n + 1; i < LU_.rows(); ++i) LU_(i, n) /= LU_(n, n);
@@ -82,6 +90,7 @@ class CompletePivoting {
   Eigen::MatrixXd LU_;
   std::vector<int> rows_, columns_;
   Eigen::Index rank_ = 0, eligible_;
+  bool odd_ = false;  // the permutations of rows and columns together
 };
 
 }  // namespace redysim

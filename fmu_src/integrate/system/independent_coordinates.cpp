@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dynamics/assembly/assembly.hpp"
 #include "dynamics/assembly/freedom.hpp"
@@ -20,7 +21,10 @@ using Matrix = Eigen::MatrixXd;
 // Residuals relative to the size of the mechanism, or in rad.
 constexpr double near_start = 1e-6;  // maximum for ranks of the assembled configuration
 constexpr double closed = 1e-8;
-constexpr double longest_move = 0.1;          // of a correction, in units of the joints: else another branch
+// Of corrections, in units of the joints. Larger ones may lead to another branch, safe ones do not, though
+// they cross a singular configuration.
+constexpr double longest_correction = 0.1, safe_correction = 1e-4;
+constexpr double failed = std::numeric_limits<double>::infinity();
 constexpr double shortest_share = 1.0 / 512;  // minimum part of the path to a configuration
 
 // Moves y to a nearby state, the same in each run.
@@ -228,22 +232,46 @@ IndependentCoordinates::Direction IndependentCoordinates::direction(int k, const
   return {positions[at.axis], rates[at.axis], accelerations[at.axis]};
 }
 
-// Newton's iteration for the dependent joints. False: no convergence, or a too large correction.
-bool IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<double>& q) {
+// Factor of the columns of the dependent joints, in the current pose.
+CompletePivoting IndependentCoordinates::Cluster::factor() const {
+  return {rows.jacobian(dependent), rank(), singular, rank()};
+}
+
+// Newton's iteration for the dependent joints. Returns the sum of the corrections.
+double IndependentCoordinates::solve_positions(Cluster& cluster, std::vector<double>& q) {
   ClusterRows<double>& rows = cluster.rows;
-  double before = std::numeric_limits<double>::infinity();
+  double before = failed, sum = 0;
   for (;;) {
     rows.set_pose(q.data());
     rows.set_rows();
     const double now = rows.residuals().lpNorm<Eigen::Infinity>();
-    if (!(now > System::rounding && now < 0.5 * before)) return now <= closed;
+    if (!(now > System::rounding && now < 0.5 * before)) return now <= closed ? sum : failed;
     before = now;
-    const CompletePivoting factor(rows.jacobian(cluster.dependent), cluster.rank(), singular, cluster.rank());
+    const CompletePivoting factor = cluster.factor();
     const Vector change = factor.solve(rows.residuals());
-    if (!(change.lpNorm<Eigen::Infinity>() < longest_move)) return false;
+    const double largest = change.lpNorm<Eigen::Infinity>();
+    if (!(largest < longest_correction)) return failed;
+    sum += largest;
     for (std::size_t k = 0; k < cluster.dependent.size(); ++k)
       q[cluster.dependent[k]] -= change[k] * rows.unit(cluster.dependent[k]);
   }
+}
+
+// Whether a singular configuration lies between the last point and q, or an odd number: det(A^-1 B) < 0 for
+// the dependent columns A, there, and B.
+bool IndependentCoordinates::crosses_singular(Cluster& cluster, const std::vector<double>& q) {
+  const auto move_to = [&](const std::vector<double>& at) {
+    cluster.rows.set_pose(at.data());
+    cluster.rows.set_rows();
+  };
+  move_to(q_);
+  const CompletePivoting A = cluster.factor();
+  move_to(q);
+  const Eigen::Index n = cluster.rank();
+  if (A.rank() < n) return false;
+  Matrix ratio = cluster.rows.jacobian(cluster.dependent);
+  for (Eigen::Index j = 0; j < n; ++j) ratio.col(j).head(n) = A.solve(ratio.col(j));
+  return CompletePivoting(ratio.topRows(n), n, 0, n).is_negative();
 }
 
 // Moves from the last point to the given positions of independent and prescribed joints, in several moves if
@@ -277,7 +305,8 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q,
     for (int joint : cluster.dependent) trial[joint] += share * span * qd_[joint];
     for (const Way& way : ways)
       trial[way.joint] = done + share < 1 ? way.from + (done + share) * way.length : way.to;
-    if (solve_positions(cluster, trial)) {
+    const double correction = solve_positions(cluster, trial);
+    if (correction < safe_correction || (correction < failed && !crosses_singular(cluster, trial))) {
       q_.swap(trial);
       done += share;
       share = std::min(2 * share, 1 - done);
@@ -294,7 +323,7 @@ bool IndependentCoordinates::solve_velocities(Cluster& cluster) {
   ClusterRows<double>& rows = cluster.rows;
   for (int pass = 0; pass < 2; ++pass) {
     rows.set_motion(qd_.data());
-    const CompletePivoting factor(rows.jacobian(cluster.dependent), cluster.rank(), singular, cluster.rank());
+    const CompletePivoting factor = cluster.factor();
     const Vector change = factor.solve(rows.rates());
     for (std::size_t k = 0; k < cluster.dependent.size(); ++k)
       qd_[cluster.dependent[k]] -= change[k] * rows.unit(cluster.dependent[k]);

@@ -9,6 +9,8 @@
 
 namespace redysim {
 
+class CompletePivoting;
+
 // Number of independent joints in each cluster of a plan, at the start of the model, or close to it if the
 // start is singular. Also sets the prescribed motions of the system.
 std::vector<int> independent_joints(const Model& model, const Parameters<double>& parameters, System& system);
@@ -82,6 +84,7 @@ class IndependentCoordinates {
     int first, count;                    // range of its independent coordinates
     std::vector<int> dependent, driven;  // indices into the plan
     int rank() const { return static_cast<int>(rows.free_joints().size()) - count; }
+    [[gnu::noinline]] CompletePivoting factor() const;
   };
   Entry entry(int joint) const;
   struct BallMotion {
@@ -92,7 +95,8 @@ class IndependentCoordinates {
   BallMotion motion_of(int ball, const double* y) const;
   void expand(double time, const double* y);
   void take(const std::vector<char>& independent);  // one entry per joint of the plan
-  bool solve_positions(Cluster& cluster, std::vector<double>& q);
+  double solve_positions(Cluster& cluster, std::vector<double>& q);
+  [[gnu::cold]] bool crosses_singular(Cluster& cluster, const std::vector<double>& q);
   bool follow_positions(Cluster& cluster, const double* q, const double*& driven);
   bool solve_velocities(Cluster& cluster);
 
