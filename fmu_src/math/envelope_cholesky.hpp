@@ -58,7 +58,7 @@ class EnvelopeCholesky {
   // Determines the dependent rows for factor_product() from the levers alone. Rows are taken in turn; a row
   // of which a smaller part remains beside those taken before waits until only such rows are left. A row is
   // dependent if no entry of the remainder exceeds `sine_tolerance` times the bounds that contributed to it,
-  // and rounding. The units of rows and columns have no influence. Overwrites J.
+  // and its error. The units of rows and columns have no influence. Overwrites J.
   //
   // If a dependent row has a component along a later independent one, the dependent rows move to the end
   // until the next factor() or find_dependent(), where allowed: L then contains all their components.

@@ -8,25 +8,30 @@
 namespace redysim {
 
 // Rows of levers for the choice of independent ones by Gram-Schmidt orthogonalization: values, bounds (their
-// maximum absolute values over all configurations) and variances of the rounding errors, each a row-major
-// matrix. Errors are treated as independent of each other (Higham 2002, 2.8).
+// maximum absolute values over all configurations) and variances of the errors, each a row-major matrix.
+// Errors are those of rounding and of a configuration that violates its constraints by `violation`, relative
+// to the bounds; they are treated as independent of each other (Higham 2002, 2.8).
 template <class Scalar>
 class LeverRows {
  public:
-  LeverRows(Scalar* values, Scalar* bounds, double* variances, int columns)
-      : values_(values), bounds_(bounds), variances_(variances), columns_(columns) {}
+  LeverRows(Scalar* values, Scalar* bounds, double* variances, int columns, double squared_violation = 0)
+      : values_(values),
+        bounds_(bounds),
+        variances_(variances),
+        columns_(columns),
+        squared_error_(unit * unit + squared_violation) {}
 
   // Divides a row by the length of its bounds. False: no bounds.
   [[gnu::cold, gnu::noinline]] bool normalize(int i) {
     if (!redysim::normalize(row(i), bound(i), columns_)) return false;
     for (int k = 0; k < columns_; ++k) {
-      const double error = unit * value_of(bound(i)[k]);
-      variance(i)[k] = error * error;
+      const double size = value_of(bound(i)[k]);
+      variance(i)[k] = squared_error_ * size * size;
     }
     return true;
   }
 
-  // Whether an entry exceeds this fraction of its bound, and rounding.
+  // Whether an entry exceeds this fraction of its bound, and its error.
   [[gnu::cold, gnu::noinline]] bool exceeds(int i, double fraction) const {
     for (int k = 0; k < columns_; ++k) {
       const double size = std::abs(value_of(row(i)[k]));
@@ -48,8 +53,9 @@ class LeverRows {
     Scalar part(0);
     double error = unit * unit;  // variance of this component
     for (int k = 0; k < columns_; ++k) {
+      const double of_i = value_of(row(i)[k]), of_j = value_of(row(j)[k]);
       part += row(i)[k] * row(j)[k];
-      error += value_of(row(i)[k]) * value_of(row(i)[k]) * variance(j)[k];
+      error += of_i * of_i * variance(j)[k] + of_j * of_j * variance(i)[k];
     }
     if (is_zero(part)) return part;  // often: loops without a common joint
     const double squared = value_of(part) * value_of(part);
@@ -63,7 +69,7 @@ class LeverRows {
   }
 
  private:
-  static constexpr double unit = 1e-15;   // error of an entry relative to its bound
+  static constexpr double unit = 1e-15;   // rounding error of an entry relative to its bound
   static constexpr double certain = 1e2;  // squared ratio of a value to its standard deviation
 
   Scalar* row(int i) const { return values_ + static_cast<std::ptrdiff_t>(i) * columns_; }
@@ -73,6 +79,7 @@ class LeverRows {
   Scalar *values_, *bounds_;
   double* variances_;
   int columns_;
+  double squared_error_;  // of an entry relative to its bound
 };
 
 }  // namespace redysim

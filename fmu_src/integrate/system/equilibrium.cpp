@@ -47,7 +47,7 @@ class RestSearch {
 
   // `along_stiff`: the steps do not become short where stiff directions alone accelerate, as on a curve that
   // a stiff spring prescribes. It fails more often elsewhere.
-  Rest find(bool along_stiff);
+  [[gnu::cold, gnu::noinline]] Rest find(bool along_stiff);
 
  private:
   void rest_actuators(bool resting) {
@@ -82,12 +82,14 @@ class RestSearch {
   std::vector<std::int64_t> pivots_;
   double length_ = first_length;  // step length, s^2
   double size_ = 0;               // scaled accelerations
+  int rank_ = 0;                  // of the loop constraints
 };
 
 // Computes the accelerations at y.
 bool RestSearch::evaluate() {
   if (system_.slope_within_step(time_, y_, slope_.data()) != Status::ok) return false;
   size_ = scaled(&slope_[first_velocity_]);
+  rank_ = system_.independent_rows();
   return true;
 }
 
@@ -174,7 +176,8 @@ bool RestSearch::settled(double change) {
 }
 
 // Whether each acceleration is a rounding error: no larger than what its linear change does not explain at
-// positions nearby. The size of all does not decide: those of stiff and light joints would hide others.
+// positions nearby. The size of all does not decide: those of stiff and light joints would hide others. Nor
+// does a change of the rank, which is large close to a singular configuration.
 bool RestSearch::is_rounding() {
   double* const probed = matrix_.data();  // its content is in tangent_
   const double *const now = &slope_[first_velocity_], *const nearby = probed + first_velocity_;
@@ -185,7 +188,9 @@ bool RestSearch::is_rounding() {
       step[k] = (k >> trial & 1) != 0 ? probe * scales_[k] : -probe * scales_[k];
     std::copy_n(y_, before_.size(), before_.begin());
     displace(step, before_.data());
-    if (system_.slope_within_step(time_, before_.data(), probed) != Status::ok) return false;
+    if (system_.slope_within_step(time_, before_.data(), probed) != Status::ok ||
+        system_.independent_rows() != rank_)
+      return false;
     for (std::size_t i = 0; i < count_; ++i) {
       double change = nearby[i] - now[i];
       for (std::size_t k = 0; k < count_; ++k) change -= tangent_[k * count_ + i] * step[k];

@@ -234,6 +234,20 @@ TEST(EnvelopeCholesky, takes_no_rounding_for_a_row) {
   EXPECT_TRUE(S.dependent(1));
 }
 
+// The third row repeats the first, but for a configuration that violates its constraints by 1e-12. Its part
+// along the second one, the only one in the first column, is this error.
+TEST(EnvelopeCholesky, takes_no_violation_for_a_lever) {
+  for (const double violation : {0.0, 1e-12}) {
+    EnvelopeCholesky<double> S({0, 0, 0});
+    double J[] = {0, 0.6, 0.8, 1, 0.3, 0, 0, 0.6 + 1e-12, 0.8}, bound[] = {0, 1, 1, 1, 1, 0, 0, 1, 1};
+    double variance[9];
+    S.find_dependent({J, bound, variance, 3, violation * violation}, 3e-5);
+    EXPECT_FALSE(S.dependent(0));
+    EXPECT_FALSE(S.dependent(1));
+    EXPECT_EQ(S.dependent(2), violation > 0);
+  }
+}
+
 // S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
 // 1e-16.
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
