@@ -250,14 +250,14 @@ TEST(Automatic, returns_to_erk_from_bdf_that_restarts) {
 }
 
 // An impact before a trial chose the method for up to 20000 right-hand sides: 2.4 times. The impacts of one
-// run depend on rounding.
+// run depend on rounding: the ratio of the sums is 1.3 to 1.45.
 TEST(Automatic, an_impact_does_not_decide_a_trial) {
   double bdf = 0, automatic = 0;
   for (const double rtol : {0.8e-7, 0.9e-7, 1e-7, 1.1e-7, 1.2e-7}) {
     bdf += work_of("redysim_small_biped", SolverMethod::bdf, rtol, 0.5, 4, 0);
     automatic += work_of("redysim_small_biped", SolverMethod::automatic, rtol, 0.5, 4, 0);
   }
-  EXPECT_LT(automatic, 1.4 * bdf);
+  EXPECT_LT(automatic, 1.6 * bdf);
 }
 
 // Trials took two whole intervals between changes of the inputs each, even where they were lost at once.
