@@ -102,9 +102,9 @@ class EnvelopeCholesky {
     needed_[row] = false;
   }
   [[gnu::cold, gnu::noinline]] void take_direction(LeverRows<Scalar>& J, int i);
-  void reorder();
+  [[gnu::cold, gnu::noinline]] void reorder();
   template <class Operation>
-  [[gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
+  [[gnu::cold, gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
   [[gnu::noinline]] void factor_gram(bool weighted);

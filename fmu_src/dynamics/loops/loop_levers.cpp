@@ -8,7 +8,7 @@
 namespace redysim {
 namespace {
 
-constexpr double clear_pivot = 1e-4;  // squared sine of the angle between a row and the preceding ones
+constexpr double clear_pivot = 1e-4;  // squared sine of a row to the preceding ones, of a lever to its bound
 
 // A force through a point and a moment, in ground axes.
 struct Line {
@@ -21,7 +21,10 @@ class Levers {
   Levers(const Plan<double>& plan, const Workspace<double>& ws, double* entries)
       : plan_(plan), ws_(ws), entries_(entries), rows_(ws.loop.b.size()) {}
 
-  void add_row(const LoopPlan<double>& loop, const LoopGeometry<double>& g, std::size_t k) {
+  // Returns a squared bound of the levers, with the links stretched: the levers themselves may all be
+  // rounding errors, for example across the plane of a mechanism.
+  double add_row(const LoopPlan<double>& loop, const LoopGeometry<double>& g, std::size_t k) {
+    squared_path_ = 0;
     const ConstraintRow<double>& row = loop.rows[k];
     column_ = entries_ + loop.first_row + k;
     Line on_a{g.point_b.position, Vec3<double>::Zero(), Vec3<double>::Zero()}, on_b = on_a;
@@ -35,14 +38,18 @@ class Levers {
     }
     add_path(loop.body_a, loop.root, on_a, -1);
     add_path(loop.body_b, loop.root, on_b, 1);
+    return row.kind == ConstraintRow<double>::Kind::rotation ? 1 : squared_path_;
   }
 
  private:
   void add_path(int body, int root, const Line& line, double sign) {
+    Vec3<double> end = line.point;
     for (; body != root; body = plan_.joints[body].parent) {
       const JointPlan<double>& joint = plan_.joints[body];
-      if (joint.prescribed) continue;
       const GroundState<double>& state = ws_.ground[body];
+      squared_path_ += (state.position - end).squaredNorm();
+      end = state.position;
+      if (joint.prescribed) continue;
       const Vec3<double> axis = state.rotation.col(2);
       double lever = 0;
       if (turns(joint)) lever = axis.dot(line.moment + (line.point - state.position).cross(line.force));
@@ -55,11 +62,13 @@ class Levers {
   const Workspace<double>& ws_;
   double *entries_, *column_ = nullptr;
   std::size_t rows_;
+  double squared_path_ = 0;  // sum over the links
 };
 
 // Replaces a symmetric matrix (lower part) by its Cholesky factor. False: a pivot is small compared with its
-// diagonal.
+// diagonal or the bound of its row.
 bool factor(double* matrix, std::size_t n) {
+  const double* const squared_bound = matrix + n * n;
   for (std::size_t i = 0; i < n; ++i) {
     double* const row = matrix + i * n;
     const double whole = row[i];
@@ -68,7 +77,7 @@ bool factor(double* matrix, std::size_t n) {
       for (std::size_t k = 0; k < j; ++k) row[j] -= row[k] * other[k];
       if (j < i) row[j] /= other[j];
     }
-    if (!(row[i] > clear_pivot * whole)) return false;
+    if (!(row[i] > clear_pivot * std::max(whole, squared_bound[i]))) return false;
     row[i] = std::sqrt(row[i]);
   }
   return true;
@@ -83,7 +92,8 @@ bool factor_levers(const Plan<double>& plan, const Workspace<double>& ws, double
   Levers scaled(plan, ws, levers);
   for (const LoopPlan<double>& loop : plan.loops) {
     const LoopGeometry<double> geometry = loop_geometry(loop, ws);
-    for (std::size_t k = 0; k < loop.rows.size(); ++k) scaled.add_row(loop, geometry, k);
+    for (std::size_t k = 0; k < loop.rows.size(); ++k)
+      gram[rows * rows + loop.first_row + k] = scaled.add_row(loop, geometry, k);
   }
   for (std::size_t i = 0; i < joints; ++i)
     for (std::size_t r = 0; r < rows; ++r)

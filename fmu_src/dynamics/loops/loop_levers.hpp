@@ -17,8 +17,9 @@ inline bool has_few_loop_rows(const Plan<double>& plan) {
          plan.loops.back().first_row + static_cast<int>(plan.loops.back().rows.size()) <= most_rows;
 }
 
-// Sets `levers` (nv x rows) to U^2 J^T and `gram` (rows x rows) to the Cholesky factor of J U^2 J^T. Uses
-// ws.ground. False: the rows are not clearly independent. Requires has_few_loop_rows.
+// Sets `levers` (nv x rows) to U^2 J^T and `gram` ((rows + 1) x rows) to the Cholesky factor of J U^2 J^T;
+// its last line holds the squared bounds of the levers. Uses ws.ground. False: the rows are not clearly
+// independent. Requires has_few_loop_rows.
 bool factor_levers(const Plan<double>& plan, const Workspace<double>& ws, double* levers, double* gram);
 
 // x <- (J U^2 J^T)^-1 x; x: one entry per row.

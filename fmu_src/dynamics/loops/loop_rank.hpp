@@ -47,8 +47,8 @@ bool rank_is_uncertain(const ClusterPlan& cluster, const Workspace<Scalar>& ws, 
 
 // Sets the lengths of the paths from the point of a loop to each joint of one side, m.
 template <class Scalar>
-void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, int root,
-                      LinkPath<Scalar> path, std::vector<double>& lengths) {
+[[gnu::cold]] void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int body, int root,
+                                    LinkPath<Scalar> path, std::vector<double>& lengths) {
   for (; body != root; body = plan.joints[body].parent) {
     path.extend_to(ws.ground[body].position);
     lengths[body] = path.length;
@@ -57,8 +57,9 @@ void set_path_lengths(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, int
 
 // Adds the levers of one row on the joints of one side of its loop, and their bounds.
 template <class Scalar>
-void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, const ClusterPlan& cluster, int side,
-                int body, int root, int row, Force<Scalar> w, Scalar* J, Scalar* bound) {
+[[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
+                              const ClusterPlan& cluster, int side, int body, int root, int row,
+                              Force<Scalar> w, Scalar* J, Scalar* bound) {
   using std::sqrt;
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];

@@ -48,7 +48,7 @@ namespace redysim {
   const std::size_t rows = workspace_.loop.b.size();
   if (!features::straight_line && !has_few_loop_rows(plan_)) return;
   corrections_.assign(q_.size() * rows, 0.0);
-  gram_.resize(rows * rows);
+  gram_.resize((rows + 1) * rows);
   before_closing_.resize(static_cast<std::size_t>(size()));
 }
 
