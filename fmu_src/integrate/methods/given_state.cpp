@@ -65,8 +65,8 @@ bool GivenState::close(double time, double* y) {
   is_far_ = !closed || coordinates_.was_far();
   if (!is_far_) return true;
   if (completes_steps_ == 0) {
-    if (!closed) return false;
-    keep(y);
+    if (!closed && !close_from(far_, time, y)) return false;
+    follow(y);
     return close_from(completed_, time, y);
   }
   const std::vector<double> found(y, y + y_.size());
@@ -91,9 +91,14 @@ GivenState::Start GivenState::start_at(double time, const double* y) const {
   return start;
 }
 
-void GivenState::keep(const double* y) {
+void GivenState::follow(const double* y) {
   for (int i : coordinates_.dependent()) y_[static_cast<std::size_t>(i)] = y[i];
-  completed_ = far_ = start_at(time_, y);
+  completed_ = start_at(time_, y);
+}
+
+void GivenState::keep(const double* y) {
+  follow(y);
+  far_ = completed_;
 }
 
 Outcome GivenState::advance(double, bool) { return failure(time_, "the master integrates"); }

@@ -31,7 +31,7 @@ class GivenState final : public Integrator {
   bool set(const double* states);  // false: a quaternion would be zero
   // Projects y, state() on entry, onto the constraints, along a path from the last completed step or, if this
   // is far, from the last state that was. False: not possible. If the master completes no steps, y replaces
-  // the stored state there.
+  // the stored state there, and the state of the last event is tried, too.
   bool close(double time, double* y);
   bool is_far() const { return is_far_; }  // the last `close` needed several moves from the completed step
   void keep(const double* y);              // replaces the stored state by one that satisfies the constraints
@@ -54,6 +54,7 @@ class GivenState final : public Integrator {
   };
   Start start_at(double time, const double* y) const;
   bool close_from(const Start& start, double time, double* y);
+  void follow(const double* y);  // y satisfies the constraints and replaces the stored state
 
   const StateLayout layout_;
   double time_ = 0;
@@ -61,7 +62,8 @@ class GivenState final : public Integrator {
   std::vector<double> y_, independent_;  // independent_: positions, then velocities
   std::uint8_t completes_steps_ = 0;     // 1: the master does
   bool is_far_ = false;
-  Start completed_, far_;  // the stored state; the last one far from it, or the same
+  // The stored state; the last one far from it, without completed steps that of the last event, or the same.
+  Start completed_, far_;
   Statistics statistics_;
 };
 

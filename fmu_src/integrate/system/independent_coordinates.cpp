@@ -21,9 +21,9 @@ using Matrix = Eigen::MatrixXd;
 // Residuals relative to the size of the mechanism, or in rad.
 constexpr double near_start = 1e-6;  // maximum for ranks of the assembled configuration
 constexpr double closed = 1e-8;
-// Of corrections, in units of the joints. Larger ones may lead to another branch, safe ones do not, though
-// they cross a singular configuration.
-constexpr double longest_correction = 0.1, safe_correction = 1e-4;
+// Of corrections, in units of the joints: larger ones may lead to another branch, safe ones do not, nor those
+// that are small compared with the predicted motion. These may cross a singular configuration.
+constexpr double longest_correction = 0.1, safe_correction = 1e-4, predicted_part = 0.05;
 constexpr double failed = std::numeric_limits<double>::infinity();
 constexpr double shortest_share = 1.0 / 512;  // minimum part of the path to a configuration
 
@@ -277,10 +277,6 @@ bool IndependentCoordinates::crosses_singular(Cluster& cluster, const std::vecto
 // Moves from the last point to the given positions of independent and prescribed joints, in several moves if
 // one is too long. The velocities predict the dependent joints: where branches meet, they select the branch.
 bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q, const double*& driven) {
-  struct Way {
-    int joint;
-    double from, to, length;
-  };
   std::vector<Way> ways;
   for (int k = cluster.first; k < cluster.first + cluster.count; ++k) {
     const double from = q_[entries_[k].joint], length = q[k] - from;
@@ -299,14 +295,30 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q,
     squared += qd_[way.joint] * qd_[way.joint];
   }
   const double span = squared > 0 ? along / squared : 0;  // s
+  const std::vector<double> start = q_;
+  if (move(cluster, ways, span, false)) return true;
+  q_ = start;
+  return move(cluster, ways, span, true);
+}
+
+// Follows straight ways of the independent and prescribed joints, at constant velocities for `span` seconds.
+bool IndependentCoordinates::move(Cluster& cluster, const std::vector<Way>& ways, double span,
+                                  bool may_cross) {
   double done = 0, share = 1;
   while (done < 1) {
     std::vector<double> trial = q_;
-    for (int joint : cluster.dependent) trial[joint] += share * span * qd_[joint];
+    double predicted = 0;
+    for (int joint : cluster.dependent) {
+      const double change = share * span * qd_[joint];
+      trial[joint] += change;
+      predicted = std::max(predicted, std::abs(change) / cluster.rows.unit(joint));
+    }
     for (const Way& way : ways)
       trial[way.joint] = done + share < 1 ? way.from + (done + share) * way.length : way.to;
     const double correction = solve_positions(cluster, trial);
-    if (correction < safe_correction || (correction < failed && !crosses_singular(cluster, trial))) {
+    if (correction < failed &&
+        (may_cross || correction < std::max(safe_correction, predicted_part * predicted) ||
+         !crosses_singular(cluster, trial))) {
       q_.swap(trial);
       done += share;
       share = std::min(2 * share, 1 - done);

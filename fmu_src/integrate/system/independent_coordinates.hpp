@@ -86,6 +86,10 @@ class IndependentCoordinates {
     int rank() const { return static_cast<int>(rows.free_joints().size()) - count; }
     [[gnu::noinline]] CompletePivoting factor() const;
   };
+  struct Way {  // of an independent or prescribed joint
+    int joint;
+    double from, to, length;
+  };
   Entry entry(int joint) const;
   struct BallMotion {
     BallAngles angles;
@@ -97,6 +101,7 @@ class IndependentCoordinates {
   void take(const std::vector<char>& independent);  // one entry per joint of the plan
   double solve_positions(Cluster& cluster, std::vector<double>& q);
   [[gnu::cold]] bool crosses_singular(Cluster& cluster, const std::vector<double>& q);
+  bool move(Cluster& cluster, const std::vector<Way>& ways, double span, bool may_cross);
   bool follow_positions(Cluster& cluster, const double* q, const double*& driven);
   bool solve_velocities(Cluster& cluster);
 
