@@ -167,7 +167,7 @@ Scalar from_loops(const Plan<Scalar>& plan, const Workspace<Scalar>& ws, std::si
 // Square of the violation of the loops of a cluster, relative to the bounds of their levers. Those of
 // couplings are 0.
 template <class Scalar>
-double squared_violation(const ClusterPlan& cluster, const LoopState<Scalar>& state) {
+double squared_violation_of(const ClusterPlan& cluster, const LoopState<Scalar>& state) {
   double sum = 0;
   for (int row = cluster.first_row; row < cluster.first_row + cluster.row_count; ++row) {
     const double bound = value_of(state.squared_bound[0][row]), gap = value_of(state.residual[row]);
@@ -189,7 +189,7 @@ template <class Scalar>
   // a tenth of the pivots' tolerance: the levers have a sine, not its square, and lose no digits to inertias
   const int columns = static_cast<int>(cluster.joints.size());
   const double sine_tolerance = std::sqrt(0.1 * state.pivot_tolerance);
-  const double violation = squared_violation(cluster, state);
+  const double squared_violation = squared_violation_of(cluster, state);
   double squared_spin = 0, squared_force = 0;
   for (const int i : cluster.joints) {
     const JointState<Scalar>& s = ws.joints[i];
@@ -203,8 +203,9 @@ template <class Scalar>
   do {
     // the storage of B first holds the levers J
     set_levers(plan, ws, cluster, B.data(), state.lever_bound.data());
-    S.find_dependent({B.data(), state.lever_bound.data(), state.lever_variance.data(), columns, violation},
-                     sine_tolerance);
+    S.find_dependent(
+        {B.data(), state.lever_bound.data(), state.lever_variance.data(), columns, squared_violation},
+        sine_tolerance);
     set_weighted_levers(plan, ws, cluster, S, B);
     S.factor_product(B.data(), columns);
   } while (S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first],
