@@ -29,7 +29,7 @@ class EnvelopeCholesky {
   static constexpr double cancelled = 1e-2;     // pivot relative to S_kk below which digits are lost
   static constexpr double unexplained = 1e-11;  // maximum relative component due to rounding
   static constexpr double least_sine = 1e-7;    // tolerance of a marked row, square root of `rounding`
-  static constexpr int largest_reordered = 64;  // rows
+  static constexpr int largest_reordered = 64;  // rows, also of those that allocate in no step
 
   // `may_reorder`: find_dependent() may reorder the rows, of which there are at most `largest_reordered`.
   [[gnu::cold]] explicit EnvelopeCholesky(std::vector<int> first_column, bool may_reorder = false);
@@ -107,10 +107,10 @@ class EnvelopeCholesky {
   [[gnu::cold, gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
   void forward(const std::vector<Scalar>& L, Scalar* x) const;
   void backward(const std::vector<Scalar>& L, Scalar* x) const;
-  [[gnu::noinline]] void factor_gram(bool weighted);
-  void set_gram(bool weighted);
-  Scalar& gram(bool weighted, int row, int column) { return G_[weighted][offset_[row] + column]; }
-  void solve_gram(bool weighted, Scalar* x);
+  [[gnu::noinline]] void factor_gram();
+  void set_gram();
+  Scalar& gram(int row, int column) { return G_[offset_[row] + column]; }
+  void solve_gram(Scalar* x);
   Scalar line(int row, const std::vector<Scalar>& x) const;            // one entry of L x
   void add_columns(const Scalar* x, bool weighted, Scalar* to) const;  // L^T x, or L^T W x
   [[gnu::noinline]] void improve(Scalar* x);
@@ -121,14 +121,15 @@ class EnvelopeCholesky {
   std::vector<int> first_;      // first stored column of a row
   std::vector<int> offset_;     // S_[offset_[row] + column]
   std::vector<Scalar> S_;       // S, then L
-  std::vector<Scalar> G_[2];    // factors of L^T L and L^T W L, computed on first use if rank deficient
+  std::vector<Scalar> G_;       // factor of L^T W L, computed on first use if rank deficient
   std::vector<Scalar> weight_;  // W: reciprocal scale of each row
   std::vector<char> skipped_, needed_, held_;
   std::vector<char> levers_;  // in find_dependent: 0 or the following flags
   static constexpr char small = 1, large = 2, explained_later = 4;
-  std::vector<Scalar> work_, along_, left_, free_rows_;
+  std::vector<Scalar> work_, along_, left_;
+  std::vector<Scalar> square_;  // one line per row of L, for hold_rank() and reduce_norm()
   int rank_ = 0;
-  bool doubtful_ = false, inexact_ = false, has_gram_[2] = {};
+  bool doubtful_ = false, inexact_ = false, has_gram_ = false;
   std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
   std::vector<int> position_;                // of each row in reordered_
   bool reordered_now_ = false;
@@ -146,11 +147,12 @@ EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool m
     begin += row - first_[row] + 1;
   }
   S_.assign(begin, Scalar(0));
-  for (auto& gram : G_) gram.assign(begin, Scalar(0));
+  G_.assign(begin, Scalar(0));
   skipped_.assign(first_.size(), 0);
   needed_ = held_ = levers_ = skipped_;
   work_.assign(first_.size(), Scalar(0));
   along_ = left_ = weight_ = work_;
+  if (size() <= largest_reordered) square_.reserve(first_.size() * first_.size());
   if (!may_reorder || size() > largest_reordered) return;
   position_.assign(first_.size(), 0);
   reordered_.emplace_back(std::as_const(position_), /*may_reorder=*/false);
@@ -166,7 +168,7 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
   using std::sqrt;
   rank_ = 0;
   doubtful_ = inexact_ = reordered_now_ = false;
-  has_gram_[false] = has_gram_[true] = false;
+  has_gram_ = false;
   for (int i = 0; i < size(); ++i) {
     weight_[i] = scale[i] > Scalar(0) ? Scalar(Scalar(1) / scale[i]) : Scalar(0);
     if (held_[i]) {
@@ -234,8 +236,8 @@ void EnvelopeCholesky<Scalar>::hold_rank(bool hold) {
   std::fill(held_.begin(), held_.end(), hold && rank_ < n);
   if (!hold || rank_ == n) return;
   const EnvelopeCholesky& L = reordered_now_ ? reordered_[0] : *this;
-  free_rows_.assign(static_cast<std::size_t>(n) * n, Scalar(0));
-  const auto free_row = [&](int row) { return free_rows_.data() + static_cast<std::ptrdiff_t>(row) * n; };
+  square_.assign(static_cast<std::size_t>(n) * n, Scalar(0));
+  const auto free_row = [&](int row) { return square_.data() + static_cast<std::ptrdiff_t>(row) * n; };
   for (int row = 0; row < n; ++row) {
     const int i = position(row);
     for (int k = L.first_[i]; k <= i; ++k) free_row(row)[k] = L.S_[L.offset_[i] + k] * sqrt(L.weight_[i]);
@@ -287,7 +289,7 @@ void EnvelopeCholesky<Scalar>::factor_product(Scalar* B, int columns) {
   }
   set_zero();
   rank_ = 0;
-  has_gram_[false] = has_gram_[true] = false;
+  has_gram_ = false;
   for (int i = 0; i < size(); ++i) {
     Scalar* row = B + static_cast<std::ptrdiff_t>(i) * columns;
     if (held_[i]) {
@@ -345,47 +347,43 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
   return any;
 }
 
-// Sets the lower envelope of G = L^T W L; W = 1 if not weighted.
+// Sets the lower envelope of G = L^T W L.
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::set_gram(bool weighted) {
-  for (auto& value : G_[weighted]) value = Scalar(0);
+void EnvelopeCholesky<Scalar>::set_gram() {
+  for (auto& value : G_) value = Scalar(0);
   for (int row = 0; row < size(); ++row)
     for (int i = first_[row]; i <= row; ++i) {
-      const Scalar part = weighted ? Scalar(weight_[row] * entry(row, i)) : entry(row, i);
+      const Scalar part = weight_[row] * entry(row, i);
       for (int j = first_[row] > first_[i] ? first_[row] : first_[i]; j <= i; ++j)
-        gram(weighted, i, j) += part * entry(row, j);
+        gram(i, j) += part * entry(row, j);
     }
 }
 
-// Cholesky factor of G for the independent rows, in place. If the units of rows differ by many orders of
-// magnitude, rounding may eliminate a pivot. The lower limit of pivots then affects the norm of the solution,
-// but not its accuracy.
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::factor_gram(bool weighted) {
+void EnvelopeCholesky<Scalar>::factor_gram() {
   using std::sqrt;
   constexpr double smallest_pivot = 1e-15;
-  set_gram(weighted);
-  has_gram_[weighted] = true;
+  set_gram();
+  has_gram_ = true;
   for (int i = 0; i < size(); ++i) {
     if (skipped_[i]) continue;
-    const Scalar least = smallest_pivot * gram(weighted, i, i);
+    const Scalar least = smallest_pivot * gram(i, i);
     for (int j = first_[i]; j <= i; ++j) {
       if (skipped_[j]) continue;
-      Scalar sum = gram(weighted, i, j);
+      Scalar sum = gram(i, j);
       const int from = first_[i] > first_[j] ? first_[i] : first_[j];
       for (int k = from; k < j; ++k)
-        if (!skipped_[k]) sum -= gram(weighted, i, k) * gram(weighted, j, k);
-      gram(weighted, i, j) =
-          i == j ? Scalar(sqrt(sum > least ? sum : least)) : Scalar(sum / gram(weighted, j, j));
+        if (!skipped_[k]) sum -= gram(i, k) * gram(j, k);
+      gram(i, j) = i == j ? Scalar(sqrt(sum > least ? sum : least)) : Scalar(sum / gram(j, j));
     }
   }
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::solve_gram(bool weighted, Scalar* x) {
-  if (!has_gram_[weighted]) factor_gram(weighted);
-  forward(G_[weighted], x);
-  backward(G_[weighted], x);
+void EnvelopeCholesky<Scalar>::solve_gram(Scalar* x) {
+  if (!has_gram_) factor_gram();
+  forward(G_, x);
+  backward(G_, x);
 }
 
 template <class Scalar>
@@ -449,7 +447,7 @@ void EnvelopeCholesky<Scalar>::solve_dependent(const Scalar* b, Scalar* x) {
   for (int repeat = 0; repeat < 2; ++repeat) {
     for (int i = 0; i < size(); ++i) work_[i] = Scalar(0);
     add_columns(left_.data(), true, work_.data());
-    solve_gram(true, work_.data());
+    solve_gram(work_.data());
     for (int i = 0; i < size(); ++i) along_[i] += work_[i];
     for (int i = 0; i < size() && repeat == 0; ++i) left_[i] = b[i] - line(i, along_);
   }
@@ -463,7 +461,7 @@ void EnvelopeCholesky<Scalar>::improve(Scalar* x) {
   for (int i = 0; i < size(); ++i) left_[i] = -x[i];
   for (int i = 0; i < size(); ++i) work_[i] = along_[i];
   add_columns(left_.data(), false, work_.data());
-  solve_gram(true, work_.data());
+  solve_gram(work_.data());
   for (int i = 0; i < size(); ++i) x[i] += weight_[i] * line(i, work_);
 }
 
@@ -472,11 +470,22 @@ void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
   if (reordered_now_)
     return in_new_order(x, x,
                         [](EnvelopeCholesky& S, Scalar* values) { S.reduce_norm_of_dependent(values); });
-  // L (L^T L)^-1 c has the minimum norm of all x with L^T x = c
-  for (int i = 0; i < size(); ++i) work_[i] = along_[i];
-  solve_gram(false, work_.data());
-  for (int i = 0; i < size(); ++i) x[i] = line(i, work_);
-  improve(x);
+  // subtracts the components along the null space of L^T. The units of the rows can differ so much, for
+  // example in a mechanism of 1 um, that L (L^T L)^-1 L^T x has no correct digit.
+  const int n = size();
+  square_.assign(static_cast<std::size_t>(n) * n, Scalar(0));
+  Scalar* null = square_.data();
+  for (int row = 0; row < n; ++row) {
+    if (!skipped_[row]) continue;
+    for (int j = first_[row]; j < row; ++j) null[j] = -entry(row, j);
+    backward(S_, null);
+    null[row] = Scalar(1);
+    for (const Scalar* before = square_.data(); before < null; before += n)
+      subtract_component(null, before, Scalar(1), n);
+    scale_row(null, n, Scalar(1) / row_length(null, n));
+    subtract_component(x, null, Scalar(1), n);
+    null += n;
+  }
 }
 
 }  // namespace redysim

@@ -248,6 +248,27 @@ TEST(EnvelopeCholesky, takes_no_violation_for_a_lever) {
   }
 }
 
+// Rows in very different units, the third like the second: L^T L has lost the first row.
+TEST(EnvelopeCholesky, least_norm_has_all_digits_in_any_units) {
+  const double large = 1e8;
+  EnvelopeCholesky<double> S({0, 0, 0});
+  S.set_zero();
+  S.entry(0, 0) = 1;
+  for (const int row : {1, 2}) {
+    S.entry(row, 0) = large;
+    for (int column = 1; column <= row; ++column) S.entry(row, column) = 2 * large * large;
+  }
+  const double scale[] = {1, 2 * large * large, 2 * large * large};
+  S.factor(scale, 1e-9);
+  EXPECT_EQ(S.rank(), 2);
+  double x[] = {2, 3 * large, 3 * large};  // S x for L^T x = (2, 1)
+  S.solve(x, x);
+  S.reduce_norm(x);
+  EXPECT_NEAR(x[0], 1, 1e-9);
+  EXPECT_NEAR(x[1] * large, 0.5, 1e-9);
+  EXPECT_NEAR(x[2] * large, 0.5, 1e-9);
+}
+
 // S = B B^T with a column of 1e8: S itself has lost the rest, its rows have not. Along (s, -c) S is 1 +
 // 1e-16.
 TEST(EnvelopeCholesky, a_product_keeps_the_digits_that_its_square_has_lost) {
