@@ -138,7 +138,7 @@ class EnvelopeCholesky {
 template <class Scalar>
 EnvelopeCholesky<Scalar>::EnvelopeCholesky(std::vector<int> first_column, bool may_reorder)
     : first_(std::move(first_column)) {
-  // with monotone first_, the Gram matrix L^T L (coupling columns with a common row) has the same envelope
+  // with monotone first_, the Gram matrix L^T W L (coupling columns with a common row) has the same envelope
   for (int row = size() - 2; row >= 0; --row)
     if (first_[row] > first_[row + 1]) first_[row] = first_[row + 1];
   int begin = 0;
@@ -470,8 +470,8 @@ void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
   if (reordered_now_)
     return in_new_order(x, x,
                         [](EnvelopeCholesky& S, Scalar* values) { S.reduce_norm_of_dependent(values); });
-  // subtracts the components along the null space of L^T. The units of the rows can differ so much, for
-  // example in a mechanism of 1 um, that L (L^T L)^-1 L^T x has no correct digit.
+  // subtracts the components along the null space of L^T: unlike L (L^T L)^-1 L^T x with all digits, also if
+  // the units of the rows differ by orders of magnitude
   const int n = size();
   square_.assign(static_cast<std::size_t>(n) * n, Scalar(0));
   Scalar* null = square_.data();
