@@ -359,6 +359,9 @@ void EnvelopeCholesky<Scalar>::set_gram() {
     }
 }
 
+// Cholesky factor of G for the independent rows, in place. If the units of rows differ by many orders of
+// magnitude, rounding may eliminate a pivot. The lower limit of pivots then affects the norm of the solution,
+// but not its accuracy.
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::factor_gram() {
   using std::sqrt;

@@ -186,8 +186,8 @@ template <class Scalar>
   LoopState<Scalar>& state = ws.loop;
   EnvelopeCholesky<Scalar>& S = state.S[cluster_index];
   std::vector<Scalar>& B = state.Q[cluster_index];
-  // a tenth of the pivots' tolerance: the levers have a sine, not its square, and lose no digits to inertias
   const int columns = static_cast<int>(cluster.joints.size());
+  // a tenth of the pivots' tolerance: the levers have a sine, not its square, and lose no digits to inertias
   const double sine_tolerance = std::sqrt(0.1 * state.pivot_tolerance);
   const double squared_violation = squared_violation_of(cluster, state);
   double squared_spin = 0, squared_force = 0;
