@@ -296,14 +296,17 @@ bool IndependentCoordinates::follow_positions(Cluster& cluster, const double* q,
   }
   const double span = squared > 0 ? along / squared : 0;  // s
   const std::vector<double> start = q_;
-  if (move(cluster, ways, span, false)) return true;
+  bool rejected = false;
+  if (move(cluster, ways, span, &rejected)) return true;
+  if (!rejected) return false;
   q_ = start;
-  return move(cluster, ways, span, true);
+  return move(cluster, ways, span, nullptr);
 }
 
 // Follows straight ways of the independent and prescribed joints, at constant velocities for `span` seconds.
+// `rejected` is set if a move would cross a singular configuration; null: it may.
 bool IndependentCoordinates::move(Cluster& cluster, const std::vector<Way>& ways, double span,
-                                  bool may_cross) {
+                                  bool* rejected) {
   double done = 0, share = 1;
   while (done < 1) {
     std::vector<double> trial = q_;
@@ -316,9 +319,10 @@ bool IndependentCoordinates::move(Cluster& cluster, const std::vector<Way>& ways
     for (const Way& way : ways)
       trial[way.joint] = done + share < 1 ? way.from + (done + share) * way.length : way.to;
     const double correction = solve_positions(cluster, trial);
-    if (correction < failed &&
-        (may_cross || correction < std::max(safe_correction, predicted_part * predicted) ||
-         !crosses_singular(cluster, trial))) {
+    const bool is_safe = correction < std::max(safe_correction, predicted_part * predicted),
+               crosses = rejected && !is_safe && correction < failed && crosses_singular(cluster, trial);
+    if (crosses) *rejected = true;
+    if (correction < failed && !crosses) {
       q_.swap(trial);
       done += share;
       share = std::min(2 * share, 1 - done);

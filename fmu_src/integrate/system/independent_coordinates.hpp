@@ -101,7 +101,7 @@ class IndependentCoordinates {
   void take(const std::vector<char>& independent);  // one entry per joint of the plan
   double solve_positions(Cluster& cluster, std::vector<double>& q);
   [[gnu::cold]] bool crosses_singular(Cluster& cluster, const std::vector<double>& q);
-  bool move(Cluster& cluster, const std::vector<Way>& ways, double span, bool may_cross);
+  bool move(Cluster& cluster, const std::vector<Way>& ways, double span, bool* rejected);
   bool follow_positions(Cluster& cluster, const double* q, const double*& driven);
   bool solve_velocities(Cluster& cluster);
 
