@@ -83,7 +83,11 @@ void Automatic::consider_inputs(double end, bool changed) {
 
 Outcome Automatic::advance(double end, bool inputs_changed) {
   const bool is_interpolation = !inputs_changed && !is_trial() && current_->reaches(end);
-  if (is_interpolation || !is_later(end, time())) return current_->advance(end, inputs_changed);
+  if (is_interpolation || !is_later(end, time())) {
+    Outcome outcome = current_->advance(end, inputs_changed);
+    // a loop that cannot be closed within a step may be closed at the end of a shorter one
+    if (outcome.ok || !is_interpolation) return outcome;
+  }
   const double span = end - time();
   consider_inputs(end, inputs_changed);
   Attempt attempt(*this, end);
