@@ -89,9 +89,8 @@ struct LoopState {
   std::vector<EnvelopeCholesky<Scalar>> S;  // per cluster
   std::vector<std::vector<Scalar>> Q;  // per cluster, rows by joints: S = L Q Q^T L^T; empty if too large
   std::vector<char> uses_Q;            // per cluster: whether S was factored by Q
-  std::vector<Scalar> lever_bound;     // for one cluster, rows by joints
-  std::vector<double> lever_variance;  // the same
-  std::vector<Scalar> column_unit;     // for one cluster, per joint: maximum lever bound
+  std::vector<double> lever, lever_bound, lever_variance;  // for one cluster, rows by joints
+  std::vector<double> column_unit;  // for one cluster, per joint: maximum lever bound
   std::vector<Scalar> front_entries;   // frontal matrices: S and C, then L and C L^-T
   std::vector<Scalar> front_u;         // per crossing of the fronts: u_r of (5)
   std::vector<Scalar> diagonal;        // per row of the fronts: S_rr before other rows are eliminated
@@ -139,9 +138,10 @@ Workspace<Scalar>::Workspace(const Plan<Scalar>& plan) {
     const std::size_t size = static_cast<std::size_t>(cluster.row_count) * cluster.joints.size();
     loop.Q.emplace_back(size <= largest_product ? size : 0, nan);
     loop.S.emplace_back(cluster.first_coupled, /*may_reorder=*/!loop.Q.back().empty());
-    loop.lever_bound.resize(std::max(loop.lever_bound.size(), loop.Q.back().size()), nan);
+    loop.lever_bound.resize(std::max(loop.lever_bound.size(), loop.Q.back().size()));
+    loop.lever.resize(loop.lever_bound.size());
     loop.lever_variance.resize(loop.lever_bound.size());
-    loop.column_unit.resize(std::max(loop.column_unit.size(), cluster.joints.size()), nan);
+    loop.column_unit.resize(std::max(loop.column_unit.size(), cluster.joints.size()));
   }
   loop.uses_Q.assign(plan.clusters.size(), 0);
   for (auto& side : loop.wrench) side.resize(rows);

@@ -62,7 +62,7 @@ class EnvelopeCholesky {
   //
   // If a dependent row has a component along a later independent one, the dependent rows move to the end
   // until the next factor() or find_dependent(), where allowed: L then contains all their components.
-  [[gnu::cold, gnu::noinline]] void find_dependent(LeverRows<Scalar> J, double sine_tolerance);
+  [[gnu::cold, gnu::noinline]] void find_dependent(LeverRows J, double sine_tolerance);
 
   // Index of a row in B.
   int position(int row) const { return reordered_now_ ? position_[row] : row; }
@@ -101,7 +101,7 @@ class EnvelopeCholesky {
     skipped_[row] = true;
     needed_[row] = false;
   }
-  [[gnu::cold, gnu::noinline]] void take_direction(LeverRows<Scalar>& J, int i);
+  [[gnu::cold, gnu::noinline]] void take_direction(LeverRows& J, int i);
   [[gnu::cold, gnu::noinline]] void reorder();
   template <class Operation>
   [[gnu::cold, gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
@@ -198,7 +198,7 @@ void EnvelopeCholesky<Scalar>::factor(const Scalar* scale, double pivot_toleranc
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::find_dependent(LeverRows<Scalar> J, double sine_tolerance) {
+void EnvelopeCholesky<Scalar>::find_dependent(LeverRows J, double sine_tolerance) {
   reordered_now_ = false;
   for (int i = 0; i < size(); ++i) {
     skipped_[i] = true;
@@ -216,14 +216,14 @@ void EnvelopeCholesky<Scalar>::find_dependent(LeverRows<Scalar> J, double sine_t
 }
 
 template <class Scalar>
-void EnvelopeCholesky<Scalar>::take_direction(LeverRows<Scalar>& J, int i) {
+void EnvelopeCholesky<Scalar>::take_direction(LeverRows& J, int i) {
   for (int j = 0; j < size(); ++j)
     if (!skipped_[j]) J.subtract(i, j);  // the second time, for accuracy
   J.make_direction(i);
   skipped_[i] = false;
   for (int row = 0; row < size(); ++row) {
     if (!skipped_[row] || levers_[row] == 0) continue;
-    const double part = value_of(J.subtract(row, i));
+    const double part = J.subtract(row, i);
     if (row < i && std::abs(part) > unexplained) levers_[row] |= explained_later;
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -9,12 +10,12 @@ namespace redysim {
 
 // Rows of levers for the choice of independent ones by Gram-Schmidt orthogonalization: values, bounds (their
 // maximum absolute values over all configurations) and variances of the errors, each a row-major matrix.
+// Bounds of columns where a row itself has no lever are negative.
 // Errors are those of rounding and of a configuration that violates its constraints by `violation`, relative
 // to the bounds; they are treated as independent of each other (Higham 2002, 2.8).
-template <class Scalar>
 class LeverRows {
  public:
-  LeverRows(Scalar* values, Scalar* bounds, double* variances, int columns, double squared_violation = 0)
+  LeverRows(double* values, double* bounds, double* variances, int columns, double squared_violation = 0)
       : values_(values),
         bounds_(bounds),
         variances_(variances),
@@ -25,8 +26,7 @@ class LeverRows {
   [[gnu::cold, gnu::noinline]] bool normalize(int i) {
     if (!redysim::normalize(row(i), bound(i), columns_)) return false;
     for (int k = 0; k < columns_; ++k) {
-      const double size = value_of(bound(i)[k]);
-      variance(i)[k] = squared_error_ * size * size;
+      variance(i)[k] = squared_error_ * bound(i)[k] * bound(i)[k];
     }
     return true;
   }
@@ -34,36 +34,36 @@ class LeverRows {
   // Whether an entry exceeds this fraction of its bound, and its error.
   [[gnu::cold, gnu::noinline]] bool exceeds(int i, double fraction) const {
     for (int k = 0; k < columns_; ++k) {
-      const double size = std::abs(value_of(row(i)[k]));
-      if (size > fraction * value_of(bound(i)[k]) && size * size > certain * variance(i)[k]) return true;
+      const double size = std::abs(row(i)[k]);
+      if (size > fraction * std::abs(bound(i)[k]) && size * size > certain * variance(i)[k]) return true;
     }
     return false;
   }
 
   // Makes a row a unit vector.
   [[gnu::cold, gnu::noinline]] void make_direction(int i) {
-    const Scalar length = row_length(row(i), columns_);
-    scale_row(row(i), columns_, Scalar(1) / length);
-    for (int k = 0; k < columns_; ++k) variance(i)[k] /= value_of(length) * value_of(length);
+    const double length = row_length(row(i), columns_);
+    scale_row(row(i), columns_, 1 / length);
+    for (int k = 0; k < columns_; ++k) variance(i)[k] /= length * length;
   }
 
   // Subtracts from row i its component along direction j, and returns it. Its bounds increase by those that
-  // contributed to the row.
-  [[gnu::cold, gnu::noinline]] Scalar subtract(int i, int j) {
-    Scalar part(0);
-    double error = unit * unit;  // variance of this component
+  // contributed to the row. In columns where row i has no lever they increase by the bound of the component:
+  // the entries there are those of j, and their share of the component itself would always be 1.
+  [[gnu::cold, gnu::noinline]] double subtract(int i, int j) {
+    double part = 0, most = 0, error = unit * unit;  // this component, its bound and variance
     for (int k = 0; k < columns_; ++k) {
-      const double of_i = value_of(row(i)[k]), of_j = value_of(row(j)[k]);
-      part += row(i)[k] * row(j)[k];
+      const double of_i = row(i)[k], of_j = row(j)[k];
+      part += of_i * of_j;
       error += of_i * of_i * variance(j)[k] + of_j * of_j * variance(i)[k];
+      most += std::max(0.0, bound(i)[k]) * std::abs(of_j);
     }
-    if (is_zero(part)) return part;  // often: loops without a common joint
-    const double squared = value_of(part) * value_of(part);
+    if (part == 0) return part;  // often: loops without a common joint
     for (int k = 0; k < columns_; ++k) {
-      const double along = value_of(row(j)[k]);
-      row(i)[k] -= part * row(j)[k];
-      bound(i)[k] += std::abs(value_of(part)) * bound(j)[k];
-      variance(i)[k] += squared * variance(j)[k] + error * along * along;
+      const double along = row(j)[k];
+      row(i)[k] -= part * along;
+      bound(i)[k] += (bound(i)[k] > 0 ? std::abs(part) : -most) * std::abs(bound(j)[k]);
+      variance(i)[k] += part * part * variance(j)[k] + error * along * along;
     }
     return part;
   }
@@ -72,12 +72,11 @@ class LeverRows {
   static constexpr double unit = 1e-15;   // rounding error of an entry relative to its bound
   static constexpr double certain = 1e2;  // squared ratio of a value to its standard deviation
 
-  Scalar* row(int i) const { return values_ + static_cast<std::ptrdiff_t>(i) * columns_; }
-  Scalar* bound(int i) const { return bounds_ + static_cast<std::ptrdiff_t>(i) * columns_; }
+  double* row(int i) const { return values_ + static_cast<std::ptrdiff_t>(i) * columns_; }
+  double* bound(int i) const { return bounds_ + static_cast<std::ptrdiff_t>(i) * columns_; }
   double* variance(int i) const { return variances_ + static_cast<std::ptrdiff_t>(i) * columns_; }
 
-  Scalar *values_, *bounds_;
-  double* variances_;
+  double *values_, *bounds_, *variances_;
   int columns_;
   double squared_error_;  // of an entry relative to its bound
 };

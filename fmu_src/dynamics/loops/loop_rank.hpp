@@ -59,15 +59,14 @@ template <class Scalar>
 template <class Scalar>
 [[gnu::cold]] void add_levers(const Plan<Scalar>& plan, const Workspace<Scalar>& ws,
                               const ClusterPlan& cluster, int side, int body, int root, int row,
-                              Force<Scalar> w, Scalar* J, Scalar* bound) {
-  using std::sqrt;
+                              Force<Scalar> w, double* J, double* bound) {
   for (std::size_t k = 0; body != root; body = plan.joints[body].parent) {
     const JointPlan<Scalar>& joint = plan.joints[body];
     while (cluster.joints[k] != body) ++k;  // both descend
     if (!joint.prescribed) {
-      J[k] += generalized_force(joint, w);
-      bound[k] += sqrt(squared_lever_bound(joint, ws.loop.path_length[side][body],
-                                           ws.loop.squared_moment_rounding[row], w));
+      J[k] += value_of(generalized_force(joint, w));
+      bound[k] += std::sqrt(value_of(squared_lever_bound(joint, ws.loop.path_length[side][body],
+                                                         ws.loop.squared_moment_rounding[row], w)));
     }
     to_parent(joint, ws.joints[body], w);
   }
@@ -75,7 +74,7 @@ template <class Scalar>
 
 // Sets the levers of the couplings of a cluster and their bounds: both follow from the ratios.
 template <class Scalar>
-void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, Scalar* J, Scalar* bound) {
+void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, double* J, double* bound) {
   const std::size_t columns = cluster.joints.size();
   for (std::size_t column = 0; column < columns; ++column) {
     if (plan.joints[cluster.joints[column]].prescribed) continue;
@@ -89,16 +88,16 @@ void add_coupling_levers(const Plan<Scalar>& plan, const ClusterPlan& cluster, S
   }
 }
 
-// Sets the levers J of all rows of a cluster and their bounds from the geometry. Each column is divided by
+// Sets the levers of all rows of a cluster and their bounds from the geometry. Each column is divided by
 // its maximum bound among the position rows.
 template <class Scalar>
-[[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster,
-                              Scalar* J, Scalar* bound) {
+[[gnu::cold]] void set_levers(const Plan<Scalar>& plan, Workspace<Scalar>& ws, const ClusterPlan& cluster) {
   const std::size_t columns = cluster.joints.size(), rows = static_cast<std::size_t>(cluster.row_count);
-  std::fill(J, J + rows * columns, Scalar(0));
-  std::fill(bound, bound + rows * columns, Scalar(0));
-  std::vector<Scalar>& unit = ws.loop.column_unit;
-  std::fill(unit.begin(), unit.begin() + static_cast<std::ptrdiff_t>(columns), Scalar(0));
+  double *const J = ws.loop.lever.data(), *const bound = ws.loop.lever_bound.data();
+  std::fill_n(J, rows * columns, 0.0);
+  std::fill_n(bound, rows * columns, 0.0);
+  std::vector<double>& unit = ws.loop.column_unit;
+  std::fill_n(unit.begin(), columns, 0.0);
   for (int k = 0; k < cluster.loop_count; ++k) {
     const LoopPlan<Scalar>& loop = plan.loops[cluster.first_loop + k];
     const LoopGeometry<Scalar> geometry = loop_geometry(loop, ws);
@@ -112,13 +111,12 @@ template <class Scalar>
       add_levers(plan, ws, cluster, 0, loop.body_a, loop.root, row, values.on_a, J + begin, bound + begin);
       add_levers(plan, ws, cluster, 1, loop.body_b, loop.root, row, values.on_b, J + begin, bound + begin);
       if (loop.rows[r].kind == ConstraintRow<Scalar>::Kind::rotation) continue;
-      for (std::size_t c = 0; c < columns; ++c)
-        if (bound[begin + c] > unit[c]) unit[c] = bound[begin + c];
+      for (std::size_t c = 0; c < columns; ++c) unit[c] = std::max(unit[c], bound[begin + c]);
     }
   }
   add_coupling_levers(plan, cluster, J, bound);
   for (std::size_t n = 0; n < rows * columns; ++n) {
-    if (!(unit[n % columns] > Scalar(0))) continue;
+    if (!(unit[n % columns] > 0)) continue;
     J[n] /= unit[n % columns];
     bound[n] /= unit[n % columns];
   }
@@ -201,11 +199,10 @@ template <class Scalar>
   }
   const int first = cluster.first_row;
   do {
-    // the storage of B first holds the levers J
-    set_levers(plan, ws, cluster, B.data(), state.lever_bound.data());
-    S.find_dependent(
-        {B.data(), state.lever_bound.data(), state.lever_variance.data(), columns, squared_violation},
-        sine_tolerance);
+    set_levers(plan, ws, cluster);
+    S.find_dependent({state.lever.data(), state.lever_bound.data(), state.lever_variance.data(), columns,
+                      squared_violation},
+                     sine_tolerance);
     set_weighted_levers(plan, ws, cluster, S, B);
     S.factor_product(B.data(), columns);
   } while (S.mark_needed(&state.b[first], &state.residual[first], &state.squared_bound[0][first],

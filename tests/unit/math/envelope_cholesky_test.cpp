@@ -234,17 +234,30 @@ TEST(EnvelopeCholesky, takes_no_rounding_for_a_row) {
   EXPECT_TRUE(S.dependent(1));
 }
 
-// The third row repeats the first, but for a configuration that violates its constraints by 1e-12. Its part
-// along the second one, the only one in the first column, is this error.
+// The third row repeats the first, but for a lever of 1e-12 in the first column.
 TEST(EnvelopeCholesky, takes_no_violation_for_a_lever) {
   for (const double violation : {0.0, 1e-12}) {
     EnvelopeCholesky<double> S({0, 0, 0});
-    double J[] = {0, 0.6, 0.8, 1, 0.3, 0, 0, 0.6 + 1e-12, 0.8}, bound[] = {0, 1, 1, 1, 1, 0, 0, 1, 1};
+    double J[] = {0, 0.6, 0.8, 1, 0.3, 0, 1e-12, 0.6, 0.8}, bound[] = {0, 1, 1, 1, 1, 0, 1e-12, 1, 1};
     double variance[9];
     S.find_dependent({J, bound, variance, 3, violation * violation}, 3e-5);
     EXPECT_FALSE(S.dependent(0));
     EXPECT_FALSE(S.dependent(1));
     EXPECT_EQ(S.dependent(2), violation > 0);
+  }
+}
+
+// The third row repeats the first but for 1e-6 of its levers. Its part along the second one, the only one in the
+// first column, is no lever of its own.
+TEST(EnvelopeCholesky, takes_no_lever_of_another_row_for_its_own) {
+  for (const double difference : {1e-6, 1e-3}) {
+    EnvelopeCholesky<double> S({0, 0, 0});
+    double J[] = {0, 0.6, 0.8, 1, 0.3, 0, 0, 0.6 + difference, 0.8}, bound[] = {0, 1, 1, 1, 1, 0, 0, 1, 1};
+    double variance[9];
+    S.find_dependent({J, bound, variance, 3}, 3e-5);
+    EXPECT_FALSE(S.dependent(0));
+    EXPECT_FALSE(S.dependent(1));
+    EXPECT_EQ(S.dependent(2), difference < 1e-4);
   }
 }
 
