@@ -45,11 +45,11 @@ namespace redysim {
 }
 
 [[gnu::cold]] void System::allocate_corrections() {
+  before_closing_.resize(static_cast<std::size_t>(size()));
   const std::size_t rows = workspace_.loop.b.size();
   if (!features::straight_line && !has_few_loop_rows(plan_)) return;
   corrections_.assign(q_.size() * rows, 0.0);
   gram_.resize((rows + 1) * rows);
-  before_closing_.resize(static_cast<std::size_t>(size()));
 }
 
 // A joint is integrated, or its motion is held between settings, or a trajectory prescribes it.

@@ -307,7 +307,6 @@ bool System::close_within_step(double time, double* y) {
 // `project` by one matrix for all corrections. False: it cannot close the loops, y is unchanged.
 bool System::close_by_matrix(double time, double* y) {
   if (corrections_.empty() || rank_is_held_ || !set_corrections(time, y)) return false;
-  std::copy_n(y, size(), before_closing_.begin());
   corrects_by_matrix_ = true;
   const Status status = reduce_residuals(time, y);
   corrects_by_matrix_ = false;
@@ -331,11 +330,19 @@ Status System::project_within_rank(double time, double* y, double* error, bool e
   return status;
 }
 
-// Corrects q, then qd in y.
+// Corrects q, then qd in y. A correction of q that diverges is undone.
 Status System::reduce_residuals(double time, double* y) {
   charts_kept_ = true;
   if (compiles_loops || !corrects_by_matrix_) set_residuals(time, y);
-  const double gap = reduce_residual(time, y, false), rate = reduce_residual(time, y, true);
+  std::copy_n(y, size(), before_closing_.begin());
+  const double before = relative_violation(workspace_.loop, false);
+  double gap = reduce_residual(time, y, false);
+  if (!(gap <= std::max(before, rank_violation))) {
+    std::copy(before_closing_.begin(), before_closing_.end(), y);
+    set_residuals(time, y);
+    gap = before;
+  }
+  const double rate = reduce_residual(time, y, true);
   charts_kept_ = false;
   return std::isfinite(gap + rate) ? Status::ok : Status::recoverable;
 }

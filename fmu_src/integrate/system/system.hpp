@@ -282,7 +282,8 @@ class System {
   bool by_line_ = false;             // it computed the last right_hand_side
   // Projection by matrices, see straight_line_corrections and dynamics/loops/loop_levers.hpp:
   std::vector<double> corrections_;  // C or U^2 J^T, plan().nv x rows(); empty: none
-  std::vector<double> gram_, before_closing_;
+  std::vector<double> gram_;
+  std::vector<double> before_closing_;  // state before the last projection; empty: no constraints
   bool corrects_by_matrix_ = false;  // during a projection
   bool rank_is_held_ = false;        // they must not be used
   int failed_joint_ = -1;
