@@ -102,6 +102,7 @@ class EnvelopeCholesky {
     needed_[row] = false;
   }
   [[gnu::cold, gnu::noinline]] void take_direction(LeverRows& J, int i);
+  [[gnu::cold, gnu::noinline]] double squared_combination(int i);
   [[gnu::cold, gnu::noinline]] void reorder();
   template <class Operation>
   [[gnu::cold, gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
@@ -228,6 +229,23 @@ void EnvelopeCholesky<Scalar>::take_direction(LeverRows& J, int i) {
   }
 }
 
+// Squared length of the combination of row i and independent ones before it that S makes small, relative to
+// their scales and to the share of row i. Overwrites left_ of the rows before i.
+template <class Scalar>
+double EnvelopeCholesky<Scalar>::squared_combination(int i) {
+  double squared = 1;
+  for (int j = i; j-- > first_[i];) {
+    if (skipped_[j]) continue;
+    double share = value_of(entry(i, j));
+    for (int k = j + 1; k < i; ++k)
+      if (!skipped_[k] && first_[k] <= j) share -= value_of(entry(k, j)) * value_of(left_[k]);
+    share /= value_of(entry(j, j));
+    left_[j] = share;
+    squared += share * share * value_of(weight_[i]) / value_of(weight_[j]);
+  }
+  return squared;
+}
+
 // Gram-Schmidt on the rows of L, each divided by the root of its scale; the longest remaining row comes next.
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::hold_rank(bool hold) {
@@ -332,10 +350,11 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
     }
     L.work_[i] = L.along_[i] = 0;
     if (L.skipped_[i]) {
-      const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight;
-      const bool now =
-          !needed_[row] && !held_[row] &&
-          part * part > size * (passage * pivot * pivot * pivot + least + violation * gap * gap / bound);
+      const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight,
+                   length = L.squared_combination(i);
+      const bool now = !needed_[row] && !held_[row] &&
+                       part * part > size * (passage * pivot * pivot * pivot +
+                                             length * length * length * (least + violation * gap * gap / bound));
       if (now) needed_[row] = any = true;
       continue;
     }
