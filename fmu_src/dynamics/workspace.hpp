@@ -90,11 +90,11 @@ struct LoopState {
   std::vector<std::vector<Scalar>> Q;  // per cluster, rows by joints: S = L Q Q^T L^T; empty if too large
   std::vector<char> uses_Q;            // per cluster: whether S was factored by Q
   std::vector<double> lever, lever_bound, lever_variance;  // for one cluster, rows by joints
-  std::vector<double> column_unit;  // for one cluster, per joint: maximum lever bound
-  std::vector<Scalar> front_entries;   // frontal matrices: S and C, then L and C L^-T
-  std::vector<Scalar> front_u;         // per crossing of the fronts: u_r of (5)
-  std::vector<Scalar> diagonal;        // per row of the fronts: S_rr before other rows are eliminated
-  bool by_fronts = false;              // whether the last elimination used the fronts
+  std::vector<double> column_unit;                         // for one cluster, per joint: maximum lever bound
+  std::vector<Scalar> front_entries;                       // frontal matrices: S and C, then L and C L^-T
+  std::vector<Scalar> front_u;                             // per crossing of the fronts: u_r of (5)
+  std::vector<Scalar> diagonal;  // per row of the fronts: S_rr before other rows are eliminated
+  bool by_fronts = false;        // whether the last elimination used the fronts
   double pivot_tolerance = dynamics_pivot_tolerance;
   std::vector<double> residual_size, rate_size;  // per row: magnitude of the terms of residual and rate
 };

@@ -352,9 +352,10 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
     if (L.skipped_[i]) {
       const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight,
                    length = L.squared_combination(i);
-      const bool now = !needed_[row] && !held_[row] &&
-                       part * part > size * (passage * pivot * pivot * pivot +
-                                             length * length * length * (least + violation * gap * gap / bound));
+      const bool now =
+          !needed_[row] && !held_[row] &&
+          part * part > size * (passage * pivot * pivot * pivot +
+                                length * length * length * (least + violation * gap * gap / bound));
       if (now) needed_[row] = any = true;
       continue;
     }

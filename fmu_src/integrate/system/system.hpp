@@ -284,8 +284,8 @@ class System {
   std::vector<double> corrections_;  // C or U^2 J^T, plan().nv x rows(); empty: none
   std::vector<double> gram_;
   std::vector<double> before_closing_;  // state before the last projection; empty: no constraints
-  bool corrects_by_matrix_ = false;  // during a projection
-  bool rank_is_held_ = false;        // they must not be used
+  bool corrects_by_matrix_ = false;     // during a projection
+  bool rank_is_held_ = false;           // they must not be used
   int failed_joint_ = -1;
   std::int64_t evaluations_ = 0;
 };

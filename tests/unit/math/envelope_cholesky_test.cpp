@@ -247,8 +247,8 @@ TEST(EnvelopeCholesky, takes_no_violation_for_a_lever) {
   }
 }
 
-// The third row repeats the first but for 1e-6 of its levers. Its part along the second one, the only one in the
-// first column, is no lever of its own.
+// The third row repeats the first but for 1e-6 of its levers. Its part along the second one, the only one in
+// the first column, is no lever of its own.
 TEST(EnvelopeCholesky, takes_no_lever_of_another_row_for_its_own) {
   for (const double difference : {1e-6, 1e-3}) {
     EnvelopeCholesky<double> S({0, 0, 0});

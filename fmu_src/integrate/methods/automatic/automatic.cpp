@@ -88,6 +88,10 @@ Outcome Automatic::advance(double end, bool inputs_changed) {
     // a loop that cannot be closed within a step may be closed at the end of a shorter one
     if (outcome.ok || !is_interpolation) return outcome;
   }
+  return take_steps(end, inputs_changed);
+}
+
+Outcome Automatic::take_steps(double end, bool inputs_changed) {
   const double span = end - time();
   consider_inputs(end, inputs_changed);
   Attempt attempt(*this, end);

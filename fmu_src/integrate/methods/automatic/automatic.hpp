@@ -91,6 +91,7 @@ class Automatic final : public Integrator {
   bool tries_bdf_late(Attempt& attempt, std::int64_t taken, double span);
   void note_change();
   void consider_inputs(double end, bool changed);
+  Outcome take_steps(double end, bool inputs_changed);
   void consider(double end, double span);
   void note(Event event, Choice method, Choice other, double cost, double other_cost) {
     decision_ = {event, method, other, time(), cost, other_cost};
