@@ -340,7 +340,7 @@ Status System::reduce_residuals(double time, double* y) {
   if (!(gap <= std::max(before, rank_violation))) {
     std::copy(before_closing_.begin(), before_closing_.end(), y);
     set_residuals(time, y);
-    gap = before;
+    gap = before > violation ? NAN : before;
   }
   const double rate = reduce_residual(time, y, true);
   charts_kept_ = false;
