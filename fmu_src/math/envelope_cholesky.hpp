@@ -102,7 +102,8 @@ class EnvelopeCholesky {
     needed_[row] = false;
   }
   [[gnu::cold, gnu::noinline]] void take_direction(LeverRows& J, int i);
-  [[gnu::cold, gnu::noinline]] double squared_combination(int i);
+  [[gnu::cold, gnu::noinline]] double squared_combination(int row);
+  [[gnu::cold, gnu::noinline]] void set_null_vector(int row, Scalar* null) const;
   [[gnu::cold, gnu::noinline]] void reorder();
   template <class Operation>
   [[gnu::cold, gnu::noinline]] void in_new_order(const Scalar* b, Scalar* x, Operation operation);
@@ -128,7 +129,7 @@ class EnvelopeCholesky {
   std::vector<char> levers_;  // in find_dependent: 0 or the following flags
   static constexpr char small = 1, large = 2, explained_later = 4;
   std::vector<Scalar> work_, along_, left_;
-  std::vector<Scalar> square_;  // one line per row of L, for hold_rank() and reduce_norm()
+  std::vector<Scalar> square_;  // one line per row of L, for hold_rank(), reduce_norm() and mark_needed()
   int rank_ = 0;
   bool doubtful_ = false, inexact_ = false, has_gram_ = false;
   std::vector<EnvelopeCholesky> reordered_;  // at most one, with full rows in another order
@@ -229,19 +230,24 @@ void EnvelopeCholesky<Scalar>::take_direction(LeverRows& J, int i) {
   }
 }
 
-// Squared length of the combination of row i and independent ones before it that S makes small, relative to
-// their scales and to the share of row i. Overwrites left_ of the rows before i.
+// Sets `null`, zeros before, to the vector of the null space of L^T with 1 at a dependent row.
 template <class Scalar>
-double EnvelopeCholesky<Scalar>::squared_combination(int i) {
+void EnvelopeCholesky<Scalar>::set_null_vector(int row, Scalar* null) const {
+  for (int j = first_[row]; j < row; ++j) null[j] = -S_[offset_[row] + j];
+  backward(S_, null);
+  null[row] = Scalar(1);
+}
+
+// Squared length of the combination of a dependent row and independent ones before it that S makes small,
+// relative to their scales and to the share of this row.
+template <class Scalar>
+double EnvelopeCholesky<Scalar>::squared_combination(int row) {
+  square_.assign(first_.size(), Scalar(0));
+  set_null_vector(row, square_.data());
   double squared = 1;
-  for (int j = i; j-- > first_[i];) {
-    if (skipped_[j]) continue;
-    double share = value_of(entry(i, j));
-    for (int k = j + 1; k < i; ++k)
-      if (!skipped_[k] && first_[k] <= j) share -= value_of(entry(k, j)) * value_of(left_[k]);
-    share /= value_of(entry(j, j));
-    left_[j] = share;
-    squared += share * share * value_of(weight_[i]) / value_of(weight_[j]);
+  for (int j = first_[row]; j < row; ++j) {
+    const double share = value_of(square_[j]);
+    if (!skipped_[j]) squared += share * share * value_of(weight_[row]) / value_of(weight_[j]);
   }
   return squared;
 }
@@ -500,9 +506,7 @@ void EnvelopeCholesky<Scalar>::reduce_norm_of_dependent(Scalar* x) {
   Scalar* null = square_.data();
   for (int row = 0; row < n; ++row) {
     if (!skipped_[row]) continue;
-    for (int j = first_[row]; j < row; ++j) null[j] = -entry(row, j);
-    backward(S_, null);
-    null[row] = Scalar(1);
+    set_null_vector(row, null);
     for (const Scalar* before = square_.data(); before < null; before += n)
       subtract_component(null, before, Scalar(1), n);
     scale_row(null, n, Scalar(1) / row_length(null, n));

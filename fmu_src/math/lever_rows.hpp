@@ -25,9 +25,7 @@ class LeverRows {
   // Divides a row by the length of its bounds. False: no bounds.
   [[gnu::cold, gnu::noinline]] bool normalize(int i) {
     if (!redysim::normalize(row(i), bound(i), columns_)) return false;
-    for (int k = 0; k < columns_; ++k) {
-      variance(i)[k] = squared_error_ * bound(i)[k] * bound(i)[k];
-    }
+    for (int k = 0; k < columns_; ++k) variance(i)[k] = squared_error_ * bound(i)[k] * bound(i)[k];
     return true;
   }
 
