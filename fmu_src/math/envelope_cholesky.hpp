@@ -219,9 +219,9 @@ void EnvelopeCholesky<Scalar>::find_dependent(LeverRows J, double sine_tolerance
 
 template <class Scalar>
 void EnvelopeCholesky<Scalar>::take_direction(LeverRows& J, int i) {
-  for (int j = 0; j < size(); ++j)
-    if (!skipped_[j]) J.subtract(i, j);  // the second time, for accuracy
   J.make_direction(i);
+  for (int j = 0; j < size(); ++j)
+    if (!skipped_[j]) J.correct(i, j);
   skipped_[i] = false;
   for (int row = 0; row < size(); ++row) {
     if (!skipped_[row] || levers_[row] == 0) continue;

@@ -45,18 +45,19 @@ class LeverRows {
     for (int k = 0; k < columns_; ++k) variance(i)[k] /= length * length;
   }
 
-  // Subtracts from row i its component along direction j, and returns it. Its bounds increase by those that
-  // contributed to the row. In columns where row i has no lever they increase by the bound of the component:
-  // the entries there are those of j, and their share of the component itself would always be 1.
-  [[gnu::cold, gnu::noinline]] double subtract(int i, int j) {
+  // Subtracts from row i its component along direction j, unless it is at most `least`, and returns it. Its
+  // bounds increase by those that contributed to the row. In columns where row i has no lever they increase
+  // by the bound of the component: the entries there are those of j, and their share of the component itself
+  // would always be 1.
+  [[gnu::cold, gnu::noinline]] double subtract(int i, int j, double least = 0) {
     double part = 0, most = 0, error = unit * unit;  // this component, its bound and variance
+    for (int k = 0; k < columns_; ++k) part += row(i)[k] * row(j)[k];
+    if (std::abs(part) <= least) return 0;  // often: loops without a common joint
     for (int k = 0; k < columns_; ++k) {
       const double of_i = row(i)[k], of_j = row(j)[k];
-      part += of_i * of_j;
       error += of_i * of_i * variance(j)[k] + of_j * of_j * variance(i)[k];
       most += std::max(0.0, bound(i)[k]) * std::abs(of_j);
     }
-    if (part == 0) return part;  // often: loops without a common joint
     for (int k = 0; k < columns_; ++k) {
       const double along = row(j)[k];
       row(i)[k] -= part * along;
@@ -65,6 +66,9 @@ class LeverRows {
     }
     return part;
   }
+
+  // Subtracts from direction i what rounding left of its component along direction j.
+  void correct(int i, int j) { subtract(i, j, unit); }
 
  private:
   static constexpr double unit = 1e-15;   // rounding error of an entry relative to its bound
