@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from build_fmu.model.describe import describe
+from build_fmu.report.sweep import METHODS
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 INERTIA = 0.3
 
 WHEEL = """

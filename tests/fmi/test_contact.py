@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from build_fmu.report.sweep import METHODS
 from tests.command_line import command
 from tests.fmi.raw import OK, Slave
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 G = 9.81
 
 DROP = """

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import OK, Slave, Unpacked
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 CONTACT_MODELS = sorted(file.stem for file in MODELS.glob("*.toml") if "[[contact]]" in file.read_text(encoding="utf-8"))
 CASES = (
     *product(("bouncing_ball", "newtons_cradle"), METHODS),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.conftest import ROOT
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
@@ -96,7 +97,6 @@ atol = 1e-12
 tunable = ["hand.mass", "elbow.stiffness", "rail.damping", "hinge.armature", "gravity[2]"]
 """
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 STATE = [
     "hinge.q",
     "hinge.qd",

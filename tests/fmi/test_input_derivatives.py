@@ -7,9 +7,9 @@ import math
 
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import ERROR, OK, Slave
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 MASS, LENGTH, GRAVITY = 1.5, 0.7, 9.81
 
 # a slider without gravity along it, a pendulum, a guided joint, and a port

@@ -7,6 +7,7 @@ import ctypes as c
 import numpy as np
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import ERROR, OK
 from tests.fmi.raw3 import Slave3, array, count
 
@@ -27,7 +28,6 @@ mass = 0.7
 com = [0.2, 0, 0]
 inertia = [0.01, 0.02, 0.02]
 """
-METHODS = ["auto", "erk", "dirk", "adams", "bdf", "exponential"]
 
 
 def positions(fmu) -> list[str]:

@@ -12,12 +12,12 @@ import pytest
 
 from build_fmu import native
 from build_fmu.errors import UserError
+from build_fmu.report.sweep import METHODS
 from tests.command_line import command
 from tests.fmi.conftest import ROOT
 from tests.fmi.four_bar_lagrange import CLOSED, HOEKEN, REDYSIM
 from tests.fmi.raw import ERROR, OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 TIGHT = {"solver.rtol": 1e-8, "solver.atol": 1e-10}
 FOUR_BAR_JOINTS = ("crank_joint", "joint2", "joint3")
 HOEKEN_JOINTS = ("crank_joint", "rocker_joint", "coupler_joint")

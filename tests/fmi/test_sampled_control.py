@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from build_fmu.report.sweep import METHODS
 from tests.command_line import command
 from tests.fmi.raw import OK, Slave, Unpacked
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 PERIOD = 0.02
 MASSES = (2.0, 0.5)
 DAMPING = (1.5, 0.3)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import Slave
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 JOINTS = ("crank", "rocker", "second")
 
 GEARED_PARALLELOGRAM = """

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import ERROR, OK, Slave
 
 ROOT = Path(__file__).resolve().parents[2]
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 WATCHED = [
     "rail.q",
     "hinge.q",

@@ -10,9 +10,9 @@ import threading
 
 import pytest
 
+from build_fmu.report.sweep import METHODS
 from tests.fmi.raw import DO_STEP_STATUS, ERROR, OK, Slave
 
-METHODS = ("erk", "adams", "dirk", "bdf", "exponential", "auto")
 STATE = ["rail.q", "hinge.q", "idle.q", "rail.qd", "hinge.qd", "idle.qd", "energy.balance"]
 
 
