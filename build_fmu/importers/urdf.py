@@ -89,7 +89,7 @@ def draft_of(urdf: Urdf, options: Namespace) -> tuple[Draft, TreeLayout]:
     if urdf.near_right:
         draft.doubts.append(
             f"{urdf.near_right} angles are within {NEAR_RIGHT:g} rad of a multiple of 90 degrees, such as 1.5708: --snap makes them exact, "
-            "for shorter numbers and a faster model"
+            "for shorter numbers, a faster model and closed loops with parallel axes"
         )
     if not any(link.joint != "fixed" for link in draft.links):
         hint = f"; --floating makes its root link '{root}' a floating base" if urdf.source == "URDF" else ""

@@ -14,7 +14,8 @@ namespace {
 
 using Vector = ClusterAssembly::Vector;
 constexpr double rounding_residual = ClusterAssembly::rounding_residual,
-                 accepted_residual = ClusterAssembly::accepted_residual;
+                 accepted_residual = ClusterAssembly::accepted_residual,
+                 rounded_data = ClusterAssembly::rounded_data;
 
 // Pseudorandom numbers in [-1, 1], the same in each run.
 class PseudoRandom {
@@ -78,10 +79,10 @@ void check_omitted_rows(const Model& model, const Plan<double>& plan, Workspace<
       else
         distance = std::hypot(distance, u.dot(x_b - x_a));
     }
-    const double allowed = accepted_residual * std::max({1.0, x_a.norm(), x_b.norm()});
-    const double worst = std::max(distance, angle);
-    if (worst <= std::max(allowed, result.closed ? 0 : result.gap.size)) continue;
+    const double size = std::max({1.0, x_a.norm(), x_b.norm()}), worst = std::max(distance, angle);
+    if (worst <= std::max(accepted_residual * size, result.closed ? 0 : result.gap.size)) continue;
     result.closed = false;
+    result.nearly_closed = worst < rounded_data * size;
     result.constraint = static_cast<int>(k);
     result.gap = {worst, angle > distance};
   }
@@ -156,6 +157,7 @@ void assemble_positions(ClusterAssembly& cluster, const double* q, std::vector<d
     if (violated == !result.closed ? gap.size <= result.gap.size : !violated) continue;
     result.closed = !violated;
     result.gap = gap;
+    result.nearly_closed = violated && norm < rounded_data;
     if (violated) result.constraint = cluster.constraint(k);
   }
 }

@@ -9,9 +9,10 @@ namespace redysim {
 
 // Result of an assembly: how the start values were corrected to satisfy the loop constraints.
 struct Assembly {
-  bool closed = true;      // positions satisfy all loops; otherwise q and qd are not changed
-  bool consistent = true;  // velocities satisfy all loops
-  int constraint = -1;     // with the maximum residual: index into Model::loops, or coupling_constraint
+  bool closed = true;          // positions satisfy all loops; otherwise q and qd are not changed
+  bool consistent = true;      // velocities satisfy all loops
+  bool nearly_closed = false;  // not closed, but rounded angles and lengths may leave such a residual
+  int constraint = -1;         // with the maximum residual: index into Model::loops, or coupling_constraint
   struct Residual {
     double size = 0;        // norm over the rows, m or rad (velocities: per s)
     bool in_angle = false;  // mainly rotational

@@ -22,6 +22,7 @@ class ClusterAssembly : public ClusterRows<double> {
   // Norms of residuals, relative to the size of the mechanism, or in rad.
   static constexpr double rounding_residual = 2e-15;  // a smaller one is not corrected
   static constexpr double accepted_residual = 1e-10;
+  static constexpr double rounded_data = 1e-3;  // maximum residual due to angles such as 1.57
 
   ClusterAssembly(const Model& model, const Plan<double>& plan, Workspace<double>& ws,
                   const ClusterPlan& cluster)

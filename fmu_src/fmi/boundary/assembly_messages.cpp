@@ -79,7 +79,8 @@ std::string failure(const Model& model, const Assembly& assembly) {
   if (assembly.closed && assembly.consistent) return {};
   const std::string at = constraint_at(model, assembly.constraint).label + ": ", them = constraints(model);
   if (!assembly.closed)
-    return at + "no configuration satisfies the " + them + "; smallest residual " + quantity(assembly.gap);
+    return at + "no configuration satisfies the " + them + "; smallest residual " + quantity(assembly.gap) +
+           (assembly.nearly_closed ? ": do angles or lengths lack digits?" : "");
   return at + "no velocities satisfy the " + them +
          " while held and prescribed joints keep theirs; smallest residual " + quantity(assembly.rate) + "/s";
 }

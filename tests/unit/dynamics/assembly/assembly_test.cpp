@@ -175,6 +175,16 @@ TEST(Assembly, sees_that_a_planar_loop_is_offset_along_its_axis) {
             "loop 'closure': no configuration satisfies the loop constraints; smallest residual 3 mm");
 }
 
+TEST(Assembly, asks_for_digits_if_axes_are_parallel_but_for_rounding) {
+  for (const LoopType type : {LoopType::revolute, LoopType::spherical}) {
+    Model model = four_bar();
+    model.loops[0].type = type;
+    model.links[2].joint.dh.alpha += 4e-6;
+    const std::string message = failure(model, Start(model).result);
+    EXPECT_NE(message.find(": do angles or lengths lack digits?"), std::string::npos) << message;
+  }
+}
+
 TEST(Assembly, closes_a_parallelogram_that_starts_flat) {
   const Model model = test::four_bar_chain(3);
   const std::vector<double> flat(9, 0.0);
