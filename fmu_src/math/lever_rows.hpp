@@ -10,7 +10,7 @@ namespace redysim {
 
 // Rows of levers for the choice of independent ones by Gram-Schmidt orthogonalization: values, bounds (their
 // maximum absolute values over all configurations) and variances of the errors, each a row-major matrix.
-// Bounds of columns where a row itself has no lever are negative.
+// Bounds are 0 in columns where a row itself has no lever.
 // Errors are those of rounding and of a configuration that violates its constraints by `violation`, relative
 // to the bounds; they are treated as independent of each other (Higham 2002, 2.8).
 class LeverRows {
@@ -29,13 +29,19 @@ class LeverRows {
     return true;
   }
 
-  // Whether an entry exceeds this fraction of its bound, and its error.
+  // Whether the row exceeds this fraction of its bounds, and its error: in a column, or as the lever on the
+  // motion along itself, the row in columns where it has no lever included.
   [[gnu::cold, gnu::noinline]] bool exceeds(int i, double fraction) const {
+    double squared = 0, most = 0, error = 0;
     for (int k = 0; k < columns_; ++k) {
-      const double size = std::abs(row(i)[k]);
-      if (size > fraction * std::abs(bound(i)[k]) && size * size > certain * variance(i)[k]) return true;
+      const double size = std::abs(row(i)[k]), entry_bound = bound(i)[k];
+      if (entry_bound > 0 && size > fraction * entry_bound && size * size > certain * variance(i)[k])
+        return true;
+      squared += size * size;
+      most += size * entry_bound;
+      error += variance(i)[k];
     }
-    return false;
+    return squared > fraction * most && squared > certain * error;
   }
 
   // Makes a row a unit vector.
@@ -46,22 +52,19 @@ class LeverRows {
   }
 
   // Subtracts from row i its component along direction j, unless it is at most `least`, and returns it. Its
-  // bounds increase by those that contributed to the row. In columns where row i has no lever they increase
-  // by the bound of the component: the entries there are those of j, and their share of the component itself
-  // would always be 1.
+  // bounds increase by those that contributed to the row.
   [[gnu::cold, gnu::noinline]] double subtract(int i, int j, double least = 0) {
-    double part = 0, most = 0, error = unit * unit;  // this component, its bound and variance
+    double part = 0, error = unit * unit;  // this component and its variance
     for (int k = 0; k < columns_; ++k) part += row(i)[k] * row(j)[k];
     if (std::abs(part) <= least) return 0;  // often: loops without a common joint
     for (int k = 0; k < columns_; ++k) {
       const double of_i = row(i)[k], of_j = row(j)[k];
       error += of_i * of_i * variance(j)[k] + of_j * of_j * variance(i)[k];
-      most += std::max(0.0, bound(i)[k]) * std::abs(of_j);
     }
     for (int k = 0; k < columns_; ++k) {
       const double along = row(j)[k];
       row(i)[k] -= part * along;
-      bound(i)[k] += (bound(i)[k] > 0 ? std::abs(part) : -most) * std::abs(bound(j)[k]);
+      if (bound(i)[k] > 0) bound(i)[k] += std::abs(part) * std::max(bound(j)[k], std::abs(along));
       variance(i)[k] += part * part * variance(j)[k] + error * along * along;
     }
     return part;
