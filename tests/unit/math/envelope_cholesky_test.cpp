@@ -247,6 +247,18 @@ TEST(EnvelopeCholesky, takes_no_violation_for_a_lever) {
   }
 }
 
+// The motion that the first row leaves free hardly moves the joint of the second row, but all levers are far
+// from zero compared with their own bounds.
+TEST(EnvelopeCholesky, keeps_a_row_that_a_nearly_locked_joint_meets) {
+  for (const double lever : {1e-3, 1e-6}) {
+    EnvelopeCholesky<double> S({0, 0});
+    double J[] = {1, 0.01, lever, 0}, bound[] = {1, 1, 1, 0}, variance[4];
+    S.find_dependent({J, bound, variance, 2}, 3e-5);
+    EXPECT_FALSE(S.dependent(0));
+    EXPECT_EQ(S.dependent(1), lever < 1e-4);
+  }
+}
+
 // The third row repeats the first but for 1e-6 of its levers. Its part along the second one, the only one in
 // the first column, is no lever of its own.
 TEST(EnvelopeCholesky, takes_no_lever_of_another_row_for_its_own) {
