@@ -32,16 +32,15 @@ class LeverRows {
   // Whether the row exceeds this fraction of its bounds, and its error: in a column, or as the lever on the
   // motion along itself, the row in columns where it has no lever included.
   [[gnu::cold, gnu::noinline]] bool exceeds(int i, double fraction) const {
-    double squared = 0, most = 0, error = 0;
+    double squared = 0, most = 0;
     for (int k = 0; k < columns_; ++k) {
       const double size = std::abs(row(i)[k]), entry_bound = bound(i)[k];
-      if (entry_bound > 0 && size > fraction * entry_bound && size * size > certain * variance(i)[k])
-        return true;
-      squared += size * size;
       most += size * entry_bound;
-      error += variance(i)[k];
+      if (!(size * size > certain * variance(i)[k])) continue;
+      if (entry_bound > 0 && size > fraction * entry_bound) return true;
+      squared += size * size;
     }
-    return squared > fraction * most && squared > certain * error;
+    return squared > fraction * most;
   }
 
   // Makes a row a unit vector.
