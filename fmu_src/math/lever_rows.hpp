@@ -29,8 +29,8 @@ class LeverRows {
     return true;
   }
 
-  // Whether the row exceeds this fraction of its bounds, and its error: in a column, or as the lever on the
-  // motion along itself, the row in columns where it has no lever included.
+  // Whether the row exceeds this fraction of its bounds, and its error: in a column where it has a lever, or
+  // as the lever on the motion along itself, which also moves joints of other rows.
   [[gnu::cold, gnu::noinline]] bool exceeds(int i, double fraction) const {
     double squared = 0, most = 0;
     for (int k = 0; k < columns_; ++k) {
