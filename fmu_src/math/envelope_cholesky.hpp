@@ -356,13 +356,12 @@ bool EnvelopeCholesky<Scalar>::mark_needed(const Scalar* b, const Scalar* residu
     }
     L.work_[i] = L.along_[i] = 0;
     if (L.skipped_[i]) {
+      if (needed_[row] || held_[row]) continue;
       const double part = left * pivot, size = squared_spin * squared_spin * bound + squared / weight,
-                   length = L.squared_combination(i);
-      const bool now =
-          !needed_[row] && !held_[row] &&
-          part * part > size * (passage * pivot * pivot * pivot +
-                                length * length * length * (least + violation * gap * gap / bound));
-      if (now) needed_[row] = any = true;
+                   length = L.squared_combination(i),
+                   least_part = passage * pivot * pivot * pivot +
+                                length * length * length * (least + violation * gap * gap / bound);
+      if (part * part > size * least_part) needed_[row] = any = true;
       continue;
     }
     L.work_[i] = left / value_of(L.entry(i, i));

@@ -196,6 +196,7 @@ LoopPlan<double> loop_plan(const Model& model, const Plan<double>& plan, const L
   out.body_b = path.body_b;
   out.point_a = in_a.rotation * loop.point_a + in_a.position;
   out.point_b = in_b.rotation * loop.point_b + in_b.position;
+  out.summand = std::max(in_a.position.norm(), in_b.position.norm());
   for (std::size_t k = 0; k < rows.rows.size(); ++k) {
     const LoopRow& given = rows.rows[k];
     ConstraintRow<double> row;

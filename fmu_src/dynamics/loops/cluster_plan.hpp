@@ -34,6 +34,7 @@ struct LoopPlan {
   int root = ground;  // body at which its two sides meet; the ground for rows with ground directions
   int entry_a = ground, entry_b = ground, entry_root = ground;  // indices into Workspace::ground
   Vec3<Scalar> point_a, point_b;                                // in body frames
+  double summand = 0;                                           // of the points: maximum length, m
   int first_row = 0;                                            // global index
   std::vector<ConstraintRow<Scalar>> rows;
 
@@ -48,6 +49,7 @@ struct LoopPlan {
             entry_root,
             point_a.template cast<Other>(),
             point_b.template cast<Other>(),
+            summand,
             first_row,
             cast_each<Other>(rows)};
   }

@@ -79,19 +79,19 @@ class ClusterRows {
     const Vec3<Scalar> origin = origin_of_root();
     Scalar squared(0);
     double farthest = 0;
-    const auto carry_rounding_of = [&](const Vec3<Scalar>& term) {
-      farthest = std::max(farthest, LoopMagnitudes::size(term));
-    };
-    const auto include = [&](const Vec3<Scalar>& point) {
-      squared += (point - origin).squaredNorm();
-      carry_rounding_of(point);
-    };
-    for (int i : joints_) include(ws_.ground[i].position);
+    const auto include = [&](const Vec3<Scalar>& point) { squared += (point - origin).squaredNorm(); };
+    for (int i : joints_) {
+      include(ws_.ground[i].position);
+      farthest = std::max(farthest, LoopMagnitudes::size(ws_.ground[i].position));
+    }
     for (int k = 0; k < cluster_.loop_count; ++k) {
       const LoopGeometry<Scalar> g = loop_geometry(loop(k), ws_);
       include(g.point_a.position);
       include(g.point_b.position);
-      for (const auto* term : {&g.point_a.arm, &g.point_b.arm, &g.root.position}) carry_rounding_of(*term);
+      farthest = std::max(farthest, loop(k).summand);
+      for (const auto* term :
+           {&g.point_a.position, &g.point_b.position, &g.point_a.arm, &g.point_b.arm, &g.root.position})
+        farthest = std::max(farthest, LoopMagnitudes::size(*term));
     }
     const double points = static_cast<double>(joints_.size()) + 2.0 * cluster_.loop_count;
     const double extent = body_extent();

@@ -105,6 +105,49 @@ TEST(Assembly, says_which_velocities_no_motion_has) {
       "theirs; smallest residual 0.15 m/s");
 }
 
+// A ball that turns about its own origin is closed to a bracket, whose frame lies 10 000 times as far away as
+// the ball: the levers of the rows are rounding errors of this distance.
+TEST(Assembly, keeps_velocities_that_no_loop_restricts) {
+  Model model = read_model_text(R"(
+name = "seat"
+gravity = [0, 0, -9.81]
+[[link]]
+name = "arm"
+mass = 1
+inertia = [1, 1, 1]
+[[link]]
+name = "bracket"
+joint = "fixed"
+alpha = 0.7
+a = 0.51
+theta = 0.4
+d = 0.3
+[[link]]
+name = "ball"
+parent = "arm"
+joint = "spherical"
+a = 5e-5
+qd = [290, -120, 110]
+mass = 1e-11
+inertia = [5e-20, 5e-20, 5e-20]
+[[loop]]
+name = "seat"
+type = "spherical"
+link_a = "ball"
+link_b = "bracket"
+)",
+                                "seat")
+                    .model;
+  for (int k = 0; k < 10; ++k) {
+    DhParameters& dh = model.links[1].joint.dh;
+    dh.theta = 0.1 + 0.6 * k;
+    const Pose bracket = pose_of(dh);
+    model.loops[0].point_b = bracket.rotation.transpose() * (Vec3<double>(5e-5, 0, 0) - bracket.position);
+    const Start start(model, {}, {0, 290, -120, 110});
+    EXPECT_EQ(corrections(start.model, start.plan, start.result), std::vector<std::string>());
+  }
+}
+
 // (q - q0) + J^T lambda = 0 and phi = 0, to rounding.
 TEST(Assembly, ends_at_the_nearest_pose_to_rounding) {
   Model model = four_bar();
