@@ -271,7 +271,7 @@ Outcome OneStep::run_to_end(bool may_choose) {
   const long pause = pause_after_ > 0 ? std::min(budget.steps(), pause_after_) : budget.steps();
   for (long taken = 0; taken < pause; may_choose = true) {
     if (may_choose) choose_table(end_ - since_);
-    allowed_ = std::min({pause - taken, steps_between_choices(), StepBudget::check_interval});
+    allowed_ = std::min({pause - taken, steps_between_choices(), StepBudget::long_interval});
     taken += allowed_;
     const Flag flag = attempt_until_closed();
     switch (end_of_run(flag, taken, budget)) {

@@ -8,8 +8,9 @@
 namespace redysim {
 namespace {
 
-constexpr long smallest_checked = 10'000'000;  // minimum number of steps left for a check
-constexpr double growth = 2;                   // assumed possible growth of the step size
+constexpr double smallest_checked = 1e7;  // minimum number of steps left for a check
+constexpr double growth = 2;              // assumed possible growth of the step size
+constexpr double halt = 1e9;              // steps to the end, at which the steps have come to a halt
 
 const char* advice(SolverMethod asked) {
   switch (asked) {
@@ -30,14 +31,25 @@ const char* advice(SolverMethod asked) {
 // ten times the number of 0.1 ms steps, and enough for a short advance through a difficult interval; at most
 // minutes of CPU time
 StepBudget::StepBudget(double begin, double end)
-    : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))), span_(end - begin), time_(begin) {}
+    : steps_(static_cast<long>(std::min(1e5 + 1e5 * (end - begin), 1e8))),
+      span_(end - begin),
+      short_{begin},
+      long_{begin} {}
+
+// Whether `steps` of the average size since the last check end before `end`. False within an interval.
+bool StepBudget::cannot_reach(double end, double steps, long interval, Check now, Check& last) {
+  const std::int64_t taken = now.taken - last.taken;
+  if (taken < interval) return false;
+  const double average_step = (now.time - last.time) / static_cast<double>(taken);
+  last = now;
+  return average_step * steps < end - now.time;
+}
 
 bool StepBudget::is_hopeless(std::int64_t taken, double time, double end) {
-  if (taken - checked_at_ < check_interval || steps_ - taken < smallest_checked) return false;
-  const double average_step = (time - time_) / static_cast<double>(taken - checked_at_);
-  checked_at_ = taken;
-  time_ = time;
-  return growth * average_step * static_cast<double>(steps_ - taken) < end - time;
+  const Check now = {time, taken};
+  const auto left = static_cast<double>(steps_ - taken);
+  return cannot_reach(end, halt, short_interval, now, short_) ||
+         (left >= smallest_checked && cannot_reach(end, growth * left, long_interval, now, long_));
 }
 
 std::string StepBudget::hopeless(const char* method) const {

@@ -13,10 +13,11 @@ class StepBudget {
 
   long steps() const { return steps_; }
 
-  // Whether the end is out of reach, by extrapolation of the last `check_interval` steps. An end that would
-  // take hours of CPU time is rejected within seconds. Small budgets are never rejected, since steps may grow
+  // Whether the end is out of reach, by extrapolation of the last `long_interval` steps if the budget is
+  // large, and of the last `short_interval` steps if they have nearly come to a halt. An end that would take
+  // hours of CPU time is rejected within seconds. Other small budgets are not rejected, since steps may grow
   // after a difficult interval.
-  static constexpr long check_interval = 200'000;
+  static constexpr long short_interval = 2'000, long_interval = 200'000;
   bool is_hopeless(std::int64_t taken, double time, double end);
   bool is_too_small_for(double max_step) const;  // for steps of SolverSettings::max_step
 
@@ -27,10 +28,16 @@ class StepBudget {
                        const double* y, std::int64_t taken) const;
 
  private:
+  // Steps taken and time at the last check.
+  struct Check {
+    double time;
+    std::int64_t taken = 0;
+  };
+  static bool cannot_reach(double end, double steps, long interval, Check now, Check& last);
+
   long steps_;
-  double span_;                  // length of the advance, s
-  std::int64_t checked_at_ = 0;  // steps taken and time at the last check
-  double time_;
+  double span_;  // length of the advance, s
+  Check short_, long_;
 };
 
 }  // namespace redysim

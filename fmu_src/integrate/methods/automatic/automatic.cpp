@@ -98,6 +98,7 @@ Outcome Automatic::take_steps(double end, bool inputs_changed) {
   const std::int64_t before = statistics_.steps;
   unsigned failed = 0;  // bits of the methods that failed at `failed_at`, or with an exhausted budget
   double failed_at = time();
+  bool is_hopeless = false;  // for some method
   while (time() < end) {
     Outcome outcome = current_->advance(end, inputs_changed);
     count();
@@ -109,13 +110,13 @@ Outcome Automatic::take_steps(double end, bool inputs_changed) {
     }
     inputs_changed = false;
     const std::int64_t taken = statistics_.steps - attempt.steps_before;
-    if (attempt.budget.is_hopeless(taken, time(), end))
-      return failure(time(), attempt.budget.hopeless(name()));
-    if (attempt.is_over(*this, taken)) {
-      if (!replace_exhausted(attempt, end))
-        return failure(time(), attempt.budget.exceeded(system_, "auto", settings_, time(), state(),
-                                                       statistics_.steps - before));
-      continue;
+    const bool stalls = attempt.budget.is_hopeless(taken, time(), end);
+    is_hopeless = is_hopeless || stalls;
+    if (stalls || attempt.is_over(*this, taken)) {
+      if (replace_exhausted(attempt, end)) continue;
+      return failure(time(), is_hopeless ? attempt.budget.hopeless(name())
+                                         : attempt.budget.exceeded(system_, "auto", settings_, time(),
+                                                                   state(), statistics_.steps - before));
     }
     if (is_pause_due(statistics_.steps - before)) break;
     if (!tries_bdf_late(attempt, taken, span) && time() < end) consider(end, span);

@@ -5,7 +5,7 @@
 namespace redysim {
 namespace {
 
-constexpr long interval = StepBudget::check_interval;
+constexpr long interval = StepBudget::long_interval, short_interval = StepBudget::short_interval;
 
 TEST(StepBudget, grows_with_the_length_of_the_advance_up_to_a_limit) {
   EXPECT_EQ(StepBudget(0, 0.1).steps(), 110'000);
@@ -15,8 +15,8 @@ TEST(StepBudget, grows_with_the_length_of_the_advance_up_to_a_limit) {
 
 TEST(StepBudget, an_end_out_of_reach_is_hopeless_after_one_interval) {
   StepBudget budget(0, 1e9);
-  EXPECT_FALSE(budget.is_hopeless(interval - 1, 1, 1e9));
-  EXPECT_TRUE(budget.is_hopeless(interval, 1, 1e9));
+  EXPECT_FALSE(budget.is_hopeless(short_interval - 1, 1, 1e9));
+  EXPECT_TRUE(budget.is_hopeless(short_interval, 1, 1e9));
 }
 
 TEST(StepBudget, growing_steps_give_hope) {
@@ -29,7 +29,13 @@ TEST(StepBudget, growing_steps_give_hope) {
 
 TEST(StepBudget, a_small_budget_is_used_up) {
   StepBudget budget(0, 10);
-  EXPECT_FALSE(budget.is_hopeless(interval, 1e-9, 10));
+  EXPECT_FALSE(budget.is_hopeless(interval, 0.003, 10));
+}
+
+TEST(StepBudget, steps_that_come_to_a_halt_are_hopeless) {
+  // 1e9 steps to the end
+  EXPECT_FALSE(StepBudget(0, 0.05).is_hopeless(short_interval, 0.51e-10 * short_interval, 0.05));
+  EXPECT_TRUE(StepBudget(0, 0.05).is_hopeless(short_interval, 0.49e-10 * short_interval, 0.05));
 }
 
 }  // namespace
