@@ -34,7 +34,7 @@ struct LoopPlan {
   int root = ground;  // body at which its two sides meet; the ground for rows with ground directions
   int entry_a = ground, entry_b = ground, entry_root = ground;  // indices into Workspace::ground
   Vec3<Scalar> point_a, point_b;                                // in body frames
-  double summand = 0;                                           // of the points: maximum length, m
+  double summand = 0;                                           // maximum length of a term of the points, m
   int first_row = 0;                                            // global index
   std::vector<ConstraintRow<Scalar>> rows;
 
